@@ -1,0 +1,1 @@
+//! Seeded point sets and PSLGs to test and measure triangulations with.

@@ -1,0 +1,2 @@
+//! The command line of delaunay-tiles.
+fn main() {}
