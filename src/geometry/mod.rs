@@ -2,6 +2,11 @@
 //!
 //! Knows nothing of the rest of the crate.
 
+mod expansion;
+#[cfg(test)]
+mod oracle;
 mod point;
+mod predicates;
 
 pub use point::{Point, Rect};
+pub use predicates::{Orientation, in_circle, incircle, orient2d};

@@ -1,0 +1,296 @@
+use super::super::oracle;
+use super::*;
+use proptest::prelude::*;
+use std::fs;
+use std::path::Path;
+
+/// The lines `index coordinates… sign` of a file of the `robust` crate, whose signs are ours.
+fn third_party_cases(name: &str, points: usize) -> Vec<(Vec<Point>, Ordering)> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/data/robust-predicates")
+        .join(name);
+    let text = fs::read_to_string(&path).unwrap();
+    let cases = text.lines().map(|line| {
+        let numbers: Vec<f64> = line.split_whitespace().map(|word| word.parse().unwrap()).collect();
+        assert_eq!(numbers.len(), 2 + 2 * points, "{line}");
+        let points = numbers[1..=2 * points]
+            .chunks(2)
+            .map(|xy| Point::new(xy[0], xy[1]))
+            .collect();
+        (points, numbers[numbers.len() - 1].partial_cmp(&0.0).unwrap())
+    });
+    cases.collect()
+}
+
+#[test]
+fn orient2d_agrees_with_robust_predicates() {
+    let cases = third_party_cases("orient2d.txt", 3);
+    assert_eq!(cases.len(), 1000);
+    for (p, sign) in cases {
+        assert_eq!(oracle::orient2d(p[0], p[1], p[2]), sign, "{p:?}");
+        check_orient2d(p[0], p[1], p[2]);
+    }
+}
+
+#[test]
+fn incircle_agrees_with_robust_predicates() {
+    let cases = third_party_cases("incircle.txt", 4);
+    assert_eq!(cases.len(), 1000);
+    for (p, sign) in cases {
+        assert_eq!(oracle::incircle(p[0], p[1], p[2], p[3]), sign, "{p:?}");
+        check_incircle(p[0], p[1], p[2], p[3]);
+    }
+}
+
+/// All stages against the oracle, each also where an earlier one would have decided.
+fn check_orient2d(a: Point, b: Point, c: Point) {
+    let expected = oracle::orient2d(a, b, c);
+    assert_eq!(orient2d(a, b, c), Orientation::from(expected), "{a:?} {b:?} {c:?}");
+    assert_eq!(orient2d_exact(a, b, c), expected, "exact: {a:?} {b:?} {c:?}");
+    assert_eq!(orient2d_expansion(a, b, c), expected, "expansion: {a:?} {b:?} {c:?}");
+}
+
+fn check_incircle(a: Point, b: Point, c: Point, d: Point) {
+    let expected = oracle::incircle(a, b, c, d);
+    assert_eq!(incircle(a, b, c, d), expected, "{a:?} {b:?} {c:?} {d:?}");
+    assert_eq!(incircle_exact(a, b, c, d), expected, "exact: {a:?} {b:?} {c:?} {d:?}");
+    assert_eq!(
+        incircle_expansion(a, b, c, d),
+        expected,
+        "expansion: {a:?} {b:?} {c:?} {d:?}"
+    );
+}
+
+fn check([a, b, c, d]: [Point; 4]) {
+    check_orient2d(a, b, c);
+    check_incircle(a, b, c, d);
+}
+
+/// Four points with independent coordinates.
+fn four(coordinate: impl Strategy<Value = f64> + Clone) -> impl Strategy<Value = [Point; 4]> {
+    let point = (coordinate.clone(), coordinate).prop_map(|(x, y)| Point::new(x, y).normalized());
+    prop::array::uniform4(point)
+}
+
+fn mixed_magnitude() -> impl Strategy<Value = f64> + Clone {
+    (-10.0..10.0, -30..=30).prop_map(|(m, e): (f64, i32)| m * 10f64.powi(e))
+}
+
+/// The limits, numbers with all bits set near them, and what cancels with them.
+fn at_the_limits() -> impl Strategy<Value = f64> + Clone {
+    let full = 2.0 - f64::EPSILON;
+    let (least, most) = (Point::MIN_MAGNITUDE, Point::MAX_MAGNITUDE);
+    let magnitudes = vec![
+        0.0,
+        least,
+        least * full,
+        least.next_up(),
+        1.0,
+        full,
+        most,
+        most.next_down(),
+        most / full,
+    ];
+    (prop::sample::select(magnitudes), any::<bool>()).prop_map(|(m, negative)| if negative { -m } else { m })
+}
+
+fn nudged(v: f64, steps: i32) -> f64 {
+    (0..steps.abs()).fold(v, |v, _| if steps < 0 { v.next_down() } else { v.next_up() })
+}
+
+/// Of an f64 that may have lost its validity by arithmetic: tiny numbers to zero.
+fn valid(p: Point) -> Point {
+    let flush = |v: f64| if v.abs() < Point::MIN_MAGNITUDE { 0.0 } else { v };
+    Point::new(flush(p.x), flush(p.y))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(4000))]
+
+    #[test]
+    fn exact_on_small_grids(p in four((-4..=4).prop_map(f64::from)), scale in -100..100, shift in -3..3) {
+        let scale = 2f64.powi(scale);
+        check(p.map(|p| Point::new((p.x + f64::from(shift)) * scale, (p.y - 1000.0) * scale)));
+    }
+
+    #[test]
+    fn exact_on_decimals_with_an_offset(p in four((0..40).prop_map(|i| 1e6 + f64::from(i) * 1e-3))) {
+        check(p);
+    }
+
+    #[test]
+    fn exact_on_decimals_around_zero(p in four((-300..300).prop_map(|i| f64::from(i) / 100.0))) {
+        check(p);
+        let [a, b, ..] = p;
+        check([a, b, Point::new(-a.x, -a.y).normalized(), Point::new(-b.x, -b.y).normalized()]);
+    }
+
+    #[test]
+    fn exact_on_mixed_magnitudes(p in four(mixed_magnitude())) {
+        check(p);
+    }
+
+    #[test]
+    fn exact_at_the_limits(p in four(at_the_limits())) {
+        check(p);
+    }
+
+    #[test]
+    fn exact_when_nearly_collinear(
+        p in four(prop_oneof![-1.0..1.0, mixed_magnitude()]),
+        t in 0.0..1.0,
+        s in -2.0..2.0,
+        nudge in -2..=2,
+    ) {
+        let [a, b, ..] = p;
+        let on_line = |t: f64| valid(Point::new(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y)));
+        let c = on_line(t);
+        check([a, b, valid(Point::new(c.x, nudged(c.y, nudge))), on_line(s)]);
+    }
+
+    #[test]
+    fn exact_when_nearly_cocircular(
+        angles in prop::array::uniform4(0.0..std::f64::consts::TAU),
+        radius in prop_oneof![Just(1.0), 1e-3..1e3],
+        centre in prop_oneof![Just((0.0, 0.0)), (-1.0..1.0, -1.0..1.0), Just((5e5, 4e6)), Just((1e-20, 1e-9))],
+        nudge in -2..=2,
+    ) {
+        let mut p = angles.map(|t: f64| {
+            valid(Point::new(centre.0 + radius * t.cos(), centre.1 + radius * t.sin()))
+        });
+        p[3] = valid(Point::new(nudged(p[3].x, nudge), p[3].y));
+        check(p);
+    }
+
+    /// Of every circle through four grid points, in all orders: rotating the triangle changes nothing, exchanging `d`
+    /// with the vertex across the common edge changes nothing, and the diagonal avoids the largest point.
+    #[test]
+    fn ties_depend_on_coordinates_alone(
+        x in 0..9u8, y in 0..9u8,
+        picks in prop::sample::subsequence((0..12usize).collect::<Vec<_>>(), 4),
+        shrink in any::<bool>(),
+    ) {
+        // The twelve integer points at distance 5 from a centre.
+        const CIRCLE: [(i8, i8); 12] = [
+            (5, 0), (4, 3), (3, 4), (0, 5), (-3, 4), (-4, 3), (-5, 0), (-4, -3), (-3, -4), (0, -5), (3, -4), (4, -3),
+        ];
+        let scale = if shrink { 0.125 } else { 1.0 };
+        let quad: Vec<Point> = picks.iter().map(|&i| {
+            let (dx, dy) = CIRCLE[i];
+            Point::new(scale * (f64::from(x) + f64::from(dx)), scale * (f64::from(y) + f64::from(dy)))
+        }).collect();
+        let largest = (0..4).max_by(|&i, &j| quad[i].lex_cmp(quad[j])).unwrap();
+        for start in 0..4 {
+            // In order around the circle; the diagonal of (a, b, c) and (c, d, a) is ac.
+            let [a, b, c, d] = [0, 1, 2, 3].map(|i| quad[(start + i) % 4]);
+            prop_assert_eq!(incircle(a, b, c, d), Ordering::Equal);
+            let diagonal_avoids_largest = largest % 2 != start % 2;
+            for inside in [in_circle(a, b, c, d), in_circle(b, c, a, d), in_circle(c, a, b, d)] {
+                prop_assert_eq!(!inside, diagonal_avoids_largest);
+            }
+            for inside in [in_circle(c, d, a, b), in_circle(d, a, c, b), in_circle(a, c, d, b)] {
+                prop_assert_eq!(!inside, diagonal_avoids_largest);
+            }
+        }
+    }
+
+    #[test]
+    fn in_circle_is_incircle_but_for_ties(p in four((0..30).prop_map(f64::from))) {
+        let [a, b, c, d] = match orient2d(p[0], p[1], p[2]) {
+            Orientation::CounterClockwise => p,
+            Orientation::Clockwise => [p[1], p[0], p[2], p[3]],
+            Orientation::Collinear => return Ok(()),
+        };
+        match oracle::incircle(a, b, c, d) {
+            Ordering::Equal => {}
+            sign => prop_assert_eq!(in_circle(a, b, c, d), sign == Ordering::Greater),
+        }
+        for vertex in [a, b, c] {
+            prop_assert!(!in_circle(a, b, c, vertex));
+        }
+    }
+
+    #[test]
+    fn wide_products_are_exact(a in any::<i128>(), b in any::<i128>(), c in any::<i128>(), d in any::<i128>()) {
+        use num_bigint::BigInt;
+        let [a, b, c, d] = [a, b, c, d].map(|v| v >> 2);
+        for [a, b, c, d] in [[a, b, c, d], [a >> 60, b, a, b >> 60], [a, -b, -b, a], [0, b, -b, 0], [a, b, a, b + 1]] {
+            let exact = (BigInt::from(a) * b).cmp(&(BigInt::from(c) * d));
+            prop_assert_eq!(wide_product(a, b).cmp(&wide_product(c, d)), exact);
+        }
+    }
+}
+
+/// The smallest and largest determinants within the limits, from numbers with all bits set.
+#[test]
+fn exact_at_the_extremes_of_the_determinant() {
+    let most = Point::MAX_MAGNITUDE;
+    let least = Point::MIN_MAGNITUDE;
+    for unit in [
+        least,
+        least.next_up(),
+        least * (2.0 - f64::EPSILON),
+        most / 4.0,
+        most.next_down() / 4.0,
+    ] {
+        for [x, y] in [
+            [1.0, 1.0],
+            [2.0, 1.0],
+            [1.0, 3.0],
+            [4.0, 4.0],
+            [-4.0, 4.0],
+            [-4.0, -4.0],
+            [0.0, 1.0],
+        ] {
+            let p = |x: f64, y: f64| Point::new(x * unit, y * unit).normalized();
+            check([p(-4.0, -4.0), p(4.0, -4.0), p(4.0, 4.0), p(x, y)]);
+            check([p(-4.0, -4.0), p(4.0, -4.0), p(x, y), p(1.0, 2.0)]);
+            let q = p(x, y);
+            check(
+                [p(-4.0, -4.0), p(4.0, -4.0), p(4.0, 4.0), Point::new(q.x.next_up(), q.y)]
+                    .map(|p| Point::new(p.x.clamp(-most, most), p.y.clamp(-most, most)))
+                    .map(valid),
+            );
+        }
+    }
+}
+
+/// Two neighbouring numbers at the lower limit differ by 2⁻¹⁹⁴, so the determinants are 2⁻³⁸⁸ and 2⁻⁷⁷⁶: the least
+/// there are.
+#[test]
+fn exact_for_the_least_differences() {
+    let low = Point::MIN_MAGNITUDE;
+    let high = low.next_up();
+    let [a, b, c, d] = [(low, low), (high, low), (high, high), (low, high)].map(|(x, y)| Point::new(x, y));
+    assert_eq!(orient2d(a, b, c), Orientation::CounterClockwise);
+    assert_eq!(incircle(a, b, c, d), Ordering::Equal);
+    check([a, b, c, d]);
+    let further = Point::new(low, high.next_up());
+    assert_eq!(incircle(a, b, c, further), Ordering::Less);
+    check([a, b, c, further]);
+    check([a, b, further, c]);
+}
+
+/// Next to a unit square, whose diagonal must avoid the corner with the largest x and y.
+#[test]
+fn the_diagonal_of_a_square_avoids_its_upper_right_corner() {
+    let [a, b, c, d] = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| Point::new(x, y));
+    assert!(in_circle(a, b, c, d), "diagonal ac ends at the largest corner");
+    assert!(!in_circle(b, c, d, a), "diagonal bd does not");
+}
+
+#[test]
+fn equal_points_are_collinear_and_on_the_circle() {
+    let [a, b, c] = [(0.1, 0.2), (0.7, -0.3), (0.4, 0.9)].map(|(x, y)| Point::new(x, y));
+    assert_eq!(orient2d(a, a, b), Orientation::Collinear);
+    assert_eq!(orient2d(a, b, a), Orientation::Collinear);
+    assert_eq!(orient2d(a, a, a), Orientation::Collinear);
+    assert_eq!(
+        orient2d_exact(Point::default(), Point::default(), Point::default()),
+        Ordering::Equal
+    );
+    for d in [a, b, c] {
+        assert_eq!(incircle(a, b, c, d), Ordering::Equal);
+        assert!(!in_circle(a, b, c, d));
+    }
+}
