@@ -2,11 +2,13 @@
 //!
 //! Knows nothing of the rest of the crate.
 
+mod circumdisc;
 mod expansion;
 #[cfg(test)]
 mod oracle;
 mod point;
 mod predicates;
 
+pub use circumdisc::disc_strictly_inside;
 pub use point::{Point, Rect};
 pub use predicates::{Orientation, in_circle, incircle, orient2d};
