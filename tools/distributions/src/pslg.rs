@@ -64,6 +64,11 @@ impl Pslg {
         Ok(Pslg { kind, n, alpha, seed })
     }
 
+    /// How many points there are: n.
+    pub fn records(&self) -> u64 {
+        self.n
+    }
+
     /// The points, exactly `n`. They do not depend on α.
     pub fn points(&self) -> PslgPoints {
         let cells = self.n.div_ceil(3);
