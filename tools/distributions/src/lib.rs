@@ -1,1 +1,38 @@
 //! Seeded point sets and PSLGs to test and measure triangulations with.
+//!
+//! In: a [`Kind`], a number of points and a seed. Out: an iterator of coordinates that is computed on the fly: it needs
+//! the same few hundred bytes for ten points and for ten billion. The same arguments give the same bits on every
+//! platform and with every later version; `tests/golden.rs` keeps this true.
+//!
+//! ```
+//! use distributions::{Kind, Pslg, points};
+//!
+//! let cloud: Vec<[f64; 2]> = points(Kind::Kuzmin, 1000, 42).collect();
+//! assert_eq!(cloud.len(), 1000);
+//!
+//! let pslg = Pslg::new(Kind::Uniform, 3000, 0.5, 42)?;
+//! assert_eq!(pslg.points().count(), 3000);
+//! assert!(pslg.segments().all(|[a, b]| a < 3000 && b < 3000)); // about 1500 of them
+//! # Ok::<(), distributions::Unsupported>(())
+//! ```
+//!
+//! The uniform and Kuzmin distributions, the line singularity and the PSLGs on them are those with which X. Wu measured
+//! in *I/O-Efficient Algorithm for Constrained Delaunay Triangulation with Applications to Proximity Search* (thesis,
+//! National University of Singapore, 2004); the shuffled grid and the long segments are there to be worse, the others to
+//! be like real data or to be degenerate.
+
+mod circle;
+mod degenerate;
+mod kind;
+mod long;
+mod points;
+mod pslg;
+mod random;
+mod scattered;
+mod shuffle;
+mod surveyed;
+
+pub use kind::{Kind, UnknownKind};
+pub use long::LongSegments;
+pub use points::{Points, Points3, points, points3};
+pub use pslg::{Pslg, PslgPoints, Unsupported};

@@ -1,0 +1,596 @@
+//! `tiletool generate`: seeded test data, as raw coordinates and segments.
+//!
+//! In: a kind, a number of points and a seed. Out: `FILE.f64`, little-endian f64 pairs or triples, and `FILE.u32`,
+//! little-endian u32 pairs of record numbers, if there are segments. Points are written as they are computed: memory does
+//! not grow with their number. A file appears under its name when it is complete and on the disk, or not at all.
+
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::{Context, bail};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, Command};
+use distributions::{Kind, LongSegments, Pslg, points, points3};
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Write seeded test data: points, and segments that do not cross.
+///
+/// The same arguments give the same bytes on every machine and with every version. Coordinates are raw little-endian
+/// f64, x y x y ...; segments are pairs of record numbers, raw little-endian u32.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = EXAMPLES)]
+pub struct GenerateArgs {
+    /// How the points lie
+    #[arg(value_parser = kinds())]
+    kind: Kind,
+    /// Number of points: 1000000, 1e6, 1.5M (k, M, G are 10^3, 10^6, 10^9)
+    #[arg(short = 'n', long = "points", value_name = "N", value_parser = parse_count)]
+    n: u64,
+    /// Which of all the sets of this kind
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    seed: u64,
+    /// Where to: FILE.f64, or - for standard output. Segments go to FILE.u32
+    #[arg(short, long, value_name = "FILE.f64")]
+    output: PathBuf,
+    /// Also segments, about ALPHA per point (0 to 1): about n/3 cells have three points each, joined by three segments
+    /// with probability ALPHA. Only for uniform, kuzmin and line-singularity
+    #[arg(long, value_name = "ALPHA", conflicts_with = "long_segments")]
+    pslg: Option<f64>,
+    /// Also M segments, each across nearly the whole square, that do not cross; their ends are 2 M more points after the
+    /// first N. Only for uniform
+    #[arg(long, value_name = "M", value_parser = parse_count)]
+    long_segments: Option<u64>,
+    /// Coordinates per point; the third is the terrain's height for lidar and 0 for all other kinds
+    #[arg(long, value_name = "2|3", default_value_t = 2, value_parser = clap::value_parser!(u8).range(2..=3))]
+    dims: u8,
+    /// Print what was written as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  Ten million points, dense at the origin, with five million segments, to kuzmin.f64 and kuzmin.u32:
+      tiletool generate kuzmin -n 10M --pslg 0.5 --seed 1 -o kuzmin.f64
+
+  A lidar survey with heights (build it with --dims 3):
+      tiletool generate lidar -n 1e6 --dims 3 -o survey.f64";
+
+/// Writes what the arguments ask for. Ends the process with exit code 2 if they contradict each other.
+pub fn run(args: GenerateArgs) -> anyhow::Result<()> {
+    let data = Data::new(&args).unwrap_or_else(|error| error.exit());
+    if args.output == Path::new("-") {
+        return data
+            .write_stream(&mut io::stdout().lock())
+            .context("cannot write to standard output");
+    }
+    let segment_path = args.output.with_extension("u32");
+    let segments = data.write_files(&args.output, &segment_path, &interruption())?;
+    let segments = segments.map(|count| (count, segment_path.as_path()));
+    report(&args, data.records(), segments)
+}
+
+/// Points and segments to write, as the arguments say.
+struct Data {
+    source: Source,
+    dims: u8,
+}
+
+enum Source {
+    Points { kind: Kind, n: u64, seed: u64 },
+    Pslg(Pslg),
+    Long(LongSegments),
+}
+
+impl Data {
+    fn new(args: &GenerateArgs) -> Result<Self, clap::Error> {
+        let &GenerateArgs {
+            kind, n, seed, dims, ..
+        } = args;
+        let source = match (args.pslg, args.long_segments) {
+            (Some(alpha), _) => Source::Pslg(Pslg::new(kind, n, alpha, seed).map_err(usage)?),
+            (_, Some(_)) if kind != Kind::Uniform => {
+                let why = format!("--long-segments is for points of kind uniform, not {kind}");
+                return Err(usage(why));
+            }
+            (_, Some(m)) => Source::Long(LongSegments::new(n, m, seed).map_err(usage)?),
+            (None, None) => Source::Points { kind, n, seed },
+        };
+        let segments = !matches!(source, Source::Points { .. });
+        if args.output == Path::new("-") {
+            if segments || args.json {
+                let option = if segments { "the segments" } else { "--json" };
+                let why = format!("-o - leaves no place for {option}: name a file");
+                return Err(usage(why));
+            }
+            if io::stdout().is_terminal() {
+                return Err(usage("standard output is a terminal: name a file or a pipe"));
+            }
+        } else if args.output.file_name().is_none() {
+            let why = format!("'{}' names no file", args.output.display());
+            return Err(usage(why));
+        } else if segments && args.output.extension().is_some_and(|e| e == "u32") {
+            return Err(usage("segments go to FILE.u32: the points' name must end otherwise"));
+        }
+        Ok(Data { source, dims })
+    }
+
+    /// Number of points.
+    fn records(&self) -> u64 {
+        match &self.source {
+            &Source::Points { n, .. } => n,
+            Source::Pslg(pslg) => pslg.records(),
+            Source::Long(long) => long.records(),
+        }
+    }
+
+    /// Writes the points, and says how many.
+    fn write_points(&self, out: &mut dyn Write, progress: Progress<'_>) -> io::Result<u64> {
+        match (&self.source, self.dims) {
+            (&Source::Points { kind, n, seed }, 2) => write_records(out, points(kind, n, seed).map(bytes), progress),
+            (&Source::Points { kind, n, seed }, _) => write_records(out, points3(kind, n, seed).map(bytes), progress),
+            (Source::Pslg(pslg), 2) => write_records(out, pslg.points().map(bytes), progress),
+            (Source::Pslg(pslg), _) => write_records(out, pslg.points().map(flat_bytes), progress),
+            (Source::Long(long), 2) => write_records(out, long.points().map(bytes), progress),
+            (Source::Long(long), _) => write_records(out, long.points().map(flat_bytes), progress),
+        }
+    }
+
+    /// Writes the segments if there are any in this kind of data, and says how many.
+    fn write_segments(&self, out: &mut dyn Write, progress: Progress<'_>) -> io::Result<u64> {
+        match &self.source {
+            Source::Points { .. } => Ok(0),
+            Source::Pslg(pslg) => write_records(out, pslg.segments().map(end_bytes), progress),
+            Source::Long(long) => write_records(out, long.segments().map(end_bytes), progress),
+        }
+    }
+
+    fn write_stream(&self, out: &mut dyn Write) -> io::Result<()> {
+        quietly(self.write_points(out, &mut |_| Ok(())).and_then(|_| out.flush()))
+    }
+
+    /// Writes both files, and only then gives them their names. Returns the number of segments if there is a file of them.
+    fn write_files(&self, path: &Path, segment_path: &Path, stop: &AtomicBool) -> anyhow::Result<Option<u64>> {
+        let bar = progress_bar(self.records());
+        let mut progress = |done| {
+            bar.set_position(done);
+            if stop.load(Ordering::Relaxed) {
+                Err(io::Error::other("interrupted, so there is no new file"))
+            } else {
+                Ok(())
+            }
+        };
+        let failed = |path: &Path| format!("cannot write {}", path.display());
+
+        let mut point_file = Output::create(path).with_context(|| failed(path))?;
+        let mut segment_file = None;
+        if !matches!(self.source, Source::Points { .. }) {
+            segment_file = Some(Output::create(segment_path).with_context(|| failed(segment_path))?);
+        }
+        self.write_points(&mut point_file.file, &mut progress)
+            .with_context(|| failed(path))?;
+        point_file.sync().with_context(|| failed(path))?;
+        let mut segments = None;
+        if let Some(mut file) = segment_file {
+            bar.set_message("segments");
+            let count = self.write_segments(&mut file.file, &mut |_| progress(self.records()));
+            segments = Some(count.with_context(|| failed(segment_path))?);
+            file.sync().with_context(|| failed(segment_path))?;
+            file.publish().with_context(|| failed(segment_path))?;
+        }
+        // Points get their name last: whoever sees new points sees new segments.
+        point_file.publish().with_context(|| failed(path))?;
+        bar.finish_and_clear();
+        Ok(segments)
+    }
+}
+
+/// Is called with the number of records done, after each block; an error stops the writing.
+type Progress<'a> = &'a mut dyn FnMut(u64) -> io::Result<()>;
+
+/// Bytes that are collected for one write.
+const BLOCK: usize = 1 << 20;
+
+/// Writes records of `D` numbers of `W` bytes in blocks. Returns how many.
+fn write_records<const W: usize, const D: usize>(
+    out: &mut dyn Write,
+    records: impl Iterator<Item = [[u8; W]; D]>,
+    progress: Progress<'_>,
+) -> io::Result<u64> {
+    let mut block = Vec::with_capacity(BLOCK);
+    let mut done = 0;
+    for record in records {
+        block.extend_from_slice(record.as_flattened());
+        done += 1;
+        if block.len() > BLOCK - W * D {
+            out.write_all(&block)?;
+            block.clear();
+            progress(done)?;
+        }
+    }
+    out.write_all(&block)?;
+    progress(done)?;
+    Ok(done)
+}
+
+/// The bytes of a point.
+fn bytes<const D: usize>(point: [f64; D]) -> [[u8; 8]; D] {
+    point.map(f64::to_le_bytes)
+}
+
+/// The bytes of a point that lies at the height 0.
+fn flat_bytes([x, y]: [f64; 2]) -> [[u8; 8]; 3] {
+    bytes([x, y, 0.0])
+}
+
+/// The bytes of a segment.
+fn end_bytes(ends: [u32; 2]) -> [[u8; 4]; 2] {
+    ends.map(u32::to_le_bytes)
+}
+
+/// A file that gets its name when it is complete; dropped before that, it leaves nothing behind.
+struct Output {
+    file: File,
+    /// The name until then and the name thereafter; none for a device or a pipe, which is written in place.
+    names: Option<[PathBuf; 2]>,
+}
+
+impl Output {
+    fn create(path: &Path) -> io::Result<Self> {
+        // The file behind a symbolic link is replaced, not the link.
+        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        match fs::metadata(&target) {
+            Ok(metadata) if metadata.is_dir() => return Err(io::Error::new(ErrorKind::IsADirectory, "is a directory")),
+            Ok(metadata) if !metadata.is_file() => {
+                return Ok(Output {
+                    file: File::options().write(true).open(target)?,
+                    names: None,
+                });
+            }
+            _ => {}
+        }
+        let mut name = target.file_name().unwrap_or_default().to_owned();
+        name.push(format!(".{}.partial", std::process::id()));
+        let partial = target.with_file_name(name);
+        Ok(Output {
+            file: File::create_new(&partial)?,
+            names: Some([partial, target]),
+        })
+    }
+
+    /// Waits until everything is on the disk: a full disk may show only then.
+    fn sync(&self) -> io::Result<()> {
+        if self.names.is_some() {
+            self.file.sync_all()
+        } else {
+            Ok(())
+        }
+    }
+
+    fn publish(mut self) -> io::Result<()> {
+        if let Some([partial, target]) = &self.names {
+            fs::rename(partial, target)?;
+        }
+        self.names = None;
+        Ok(())
+    }
+}
+
+impl Drop for Output {
+    fn drop(&mut self) {
+        if let Some([partial, _]) = &self.names {
+            // An error is under way already; this one would hide it.
+            let _ = fs::remove_file(partial);
+        }
+    }
+}
+
+/// A flag that Ctrl-C sets, so that no half-written file is left behind.
+fn interruption() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    std::thread::spawn(move || {
+        // Without a runtime Ctrl-C ends the process at once, as it would without this thread.
+        let Ok(runtime) = tokio::runtime::Builder::new_current_thread().enable_all().build() else {
+            return;
+        };
+        if runtime.block_on(tokio::signal::ctrl_c()).is_ok() {
+            flag.store(true, Ordering::Relaxed);
+        }
+    });
+    stop
+}
+
+/// A progress bar on standard error; indicatif hides it if that is no terminal.
+fn progress_bar(records: u64) -> ProgressBar {
+    let template = "{wide_bar} {human_pos}/{human_len} points {msg} {eta}";
+    let bar = ProgressBar::new(records);
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// A pipe that nobody reads any more is no error: they have read enough.
+fn quietly(written: io::Result<()>) -> io::Result<()> {
+    written.or_else(|error| {
+        if error.kind() == ErrorKind::BrokenPipe {
+            Ok(())
+        } else {
+            Err(error)
+        }
+    })
+}
+
+/// Says what was written: to people on standard error, to programs as JSON on standard output.
+fn report(args: &GenerateArgs, records: u64, segments: Option<(u64, &Path)>) -> anyhow::Result<()> {
+    if args.json {
+        let json = serde_json::json!({
+            "kind": args.kind.name(),
+            "seed": args.seed,
+            "dims": args.dims,
+            "points": records,
+            "output": args.output.to_string_lossy(),
+            "segments": segments.map_or(0, |(count, _)| count),
+            "segments_output": segments.map(|(_, path)| path.to_string_lossy()),
+        });
+        return quietly(writeln!(io::stdout(), "{json}")).context("cannot write to standard output");
+    }
+    eprintln!("{records} points in {}", args.output.display());
+    if let Some((count, path)) = segments {
+        eprintln!("{count} segments in {}", path.display());
+    }
+    Ok(())
+}
+
+fn usage(why: impl ToString) -> clap::Error {
+    let mut command = GenerateArgs::augment_args(Command::new("generate").bin_name("tiletool generate"));
+    command.error(clap::error::ErrorKind::ValueValidation, why.to_string())
+}
+
+fn kinds() -> impl TypedValueParser<Value = Kind> {
+    let values = Kind::ALL.map(|kind| PossibleValue::new(kind.name()).help(kind.about()));
+    PossibleValuesParser::new(values).try_map(|name| Kind::from_str(&name))
+}
+
+/// Reads 1000000, 1_000_000, 1e6, 1.5M: an integer after all, computed without rounding.
+fn parse_count(text: &str) -> anyhow::Result<u64> {
+    const SUFFIXES: [(char, u32); 5] = [('k', 3), ('K', 3), ('M', 6), ('G', 9), ('T', 12)];
+    let suffix = SUFFIXES
+        .into_iter()
+        .find_map(|(c, power)| Some((text.strip_suffix(c)?, power)));
+    let (number, power) = match (suffix, text.split_once(['e', 'E'])) {
+        (Some(suffix), _) => suffix,
+        (None, Some((number, power))) => (number, power.parse().context("no number after the e")?),
+        (None, None) => (text, 0),
+    };
+    let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
+    if !number.contains(|c: char| c.is_ascii_digit()) {
+        bail!("no number");
+    }
+    let fraction = fraction.trim_end_matches('0');
+    let zeros = power.checked_sub(fraction.len() as u32).context("not a whole number")?;
+    let digits = whole.chars().filter(|&c| c != '_').chain(fraction.chars());
+    // More than 20 zeros do not fit, but for those of 0.
+    let mut count: u64 = 0;
+    for c in digits.chain(std::iter::repeat_n('0', zeros.min(20) as usize)) {
+        let digit = c.to_digit(10).with_context(|| format!("'{c}' is no digit"))?;
+        let next = count.checked_mul(10).and_then(|count| count.checked_add(digit.into()));
+        count = next.context("2^64 or more")?;
+    }
+    Ok(count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::{CommandFactory, Parser};
+
+    #[derive(Parser)]
+    struct Cli {
+        #[command(flatten)]
+        args: GenerateArgs,
+    }
+
+    /// Arguments of `tiletool generate`, separated by blanks.
+    fn parse(line: &str) -> Result<GenerateArgs, clap::Error> {
+        let words = std::iter::once("generate").chain(line.split_whitespace());
+        Cli::try_parse_from(words).map(|cli| cli.args)
+    }
+
+    fn data(line: &str) -> Data {
+        let args = parse(line).unwrap_or_else(|error| panic!("{line}: {error}"));
+        Data::new(&args).unwrap_or_else(|error| panic!("{line}: {error}"))
+    }
+
+    fn floats(bytes: &[u8]) -> Vec<f64> {
+        assert_eq!(bytes.len() % 8, 0);
+        bytes
+            .chunks(8)
+            .map(|b| f64::from_le_bytes(b.try_into().unwrap()))
+            .collect()
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        let mut names: Vec<String> = entries
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    /// Accepts so many bytes, then fails in the given way.
+    struct Failing(usize, ErrorKind);
+
+    impl Write for Failing {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0 = self.0.checked_sub(bytes.len()).ok_or(self.1)?;
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    static GO: AtomicBool = AtomicBool::new(false);
+
+    #[test]
+    fn arguments_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn counts() {
+        for (text, count) in [
+            ("0", 0),
+            ("1000000", 1_000_000),
+            ("1_000_000", 1_000_000),
+            ("1e6", 1_000_000),
+            ("2.5E3", 2500),
+            ("10k", 10_000),
+            ("10M", 10_000_000),
+            ("1.5M", 1_500_000),
+            (".5k", 500),
+            ("2G", 2_000_000_000),
+            ("7.0", 7),
+            ("0e4000000000", 0),
+            ("18446744073709551615", u64::MAX),
+        ] {
+            assert_eq!(parse_count(text).unwrap(), count, "{text}");
+        }
+        let wrong = [
+            "",
+            "M",
+            ".",
+            "_",
+            "1.5",
+            "-1",
+            "1e-3",
+            "1e",
+            "1 000",
+            "1m",
+            "1.2345k",
+            "1e20",
+            "99999999999G",
+        ];
+        for text in wrong {
+            assert!(parse_count(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn contradictions_are_errors_of_usage() {
+        for line in [
+            "uniform -n 10 --pslg 0.5 -o -",
+            "uniform -n 10 --long-segments 5 -o -",
+            "uniform -n 10 --json -o -",
+            "uniform -n 10 --pslg 0.5 -o pts.u32",
+            "uniform -n 5G --pslg 0.5 -o pts.f64",
+            "uniform -n 4G --long-segments 1G -o pts.f64",
+            "grid -n 10 --pslg 0.5 -o pts.f64",
+            "lidar -n 10 --pslg 0.5 -o pts.f64",
+            "kuzmin -n 10 --long-segments 5 -o pts.f64",
+            "uniform -n 10 --pslg 1.5 -o pts.f64",
+            "uniform -n 10 --pslg nan -o pts.f64",
+            "uniform -n 10 -o ..",
+        ] {
+            let error = Data::new(&parse(line).unwrap()).err();
+            assert_eq!(error.map(|error| error.exit_code()), Some(2), "{line}");
+        }
+        for line in [
+            "gird -n 10 -o pts.f64",
+            "grid -o pts.f64",
+            "grid -n 10",
+            "lidar -n 10 --dims 4 -o pts.f64",
+            "uniform -n 10 --pslg 0.5 --long-segments 5 -o pts.f64",
+        ] {
+            assert_eq!(parse(line).unwrap_err().exit_code(), 2, "{line}");
+        }
+    }
+
+    #[test]
+    fn coordinates_of_every_kind() {
+        for kind in Kind::ALL {
+            for dims in [2, 3] {
+                let mut bytes = Vec::new();
+                let data = data(&format!("{kind} -n 100 --seed 3 --dims {dims} -o pts.f64"));
+                data.write_stream(&mut bytes).unwrap();
+                let expected = points3(kind, 100, 3).flat_map(|p| p.into_iter().take(dims));
+                assert_eq!(floats(&bytes), expected.collect::<Vec<f64>>(), "{kind}");
+            }
+        }
+    }
+
+    #[test]
+    fn more_points_than_a_block() {
+        let mut bytes = Vec::new();
+        data("uniform -n 300k -o pts.f64").write_stream(&mut bytes).unwrap();
+        assert!(
+            floats(&bytes)
+                .into_iter()
+                .eq(points(Kind::Uniform, 300_000, 0).flatten())
+        );
+    }
+
+    #[test]
+    fn points_and_segments_in_two_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, segment_path] = ["pts.f64", "pts.u32"].map(|name| folder.path().join(name));
+        for (line, records, segments) in [
+            ("kuzmin -n 1k --pslg 1 -o pts.f64", 1000, 999),
+            ("uniform -n 1k --long-segments 7 -o pts.f64", 1014, 7),
+        ] {
+            let count = data(line).write_files(&path, &segment_path, &GO).unwrap();
+            assert_eq!(count, Some(segments));
+            assert_eq!(fs::read(&path).unwrap().len() as u64, records * 16);
+            let ends = fs::read(&segment_path).unwrap();
+            assert_eq!(ends.len() as u64, segments * 8);
+            assert!(
+                ends.chunks(4)
+                    .all(|b| u64::from(u32::from_le_bytes(b.try_into().unwrap())) < records)
+            );
+            assert_eq!(names(folder.path()), ["pts.f64", "pts.u32"]);
+        }
+    }
+
+    #[test]
+    fn a_file_is_replaced_only_by_a_complete_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, segment_path] = ["pts.f64", "pts.u32"].map(|name| folder.path().join(name));
+        fs::write(&path, "old").unwrap();
+        let stop = AtomicBool::new(true);
+        let pslg = data("uniform -n 300k --pslg 0.5 -o pts.f64");
+        let error = pslg.write_files(&path, &segment_path, &stop).unwrap_err();
+        assert!(format!("{error:#}").contains("pts.f64: interrupted"), "{error:#}");
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(names(folder.path()), ["pts.f64"]);
+
+        // The segments' file cannot be: nor will the points' be.
+        fs::create_dir(&segment_path).unwrap();
+        assert!(pslg.write_files(&path, &segment_path, &GO).is_err());
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(names(folder.path()), ["pts.f64", "pts.u32"]);
+
+        let points = data("uniform -n 10 -o pts.f64");
+        points.write_files(&path, &segment_path, &GO).unwrap();
+        assert_eq!(fs::read(&path).unwrap().len(), 160);
+        assert_eq!(names(folder.path()), ["pts.f64", "pts.u32"]);
+    }
+
+    #[test]
+    fn a_broken_pipe_is_no_error_but_a_full_disk_is() {
+        let data = data("uniform -n 300k -o pts.f64");
+        data.write_stream(&mut Failing(2_000_000, ErrorKind::BrokenPipe))
+            .unwrap();
+        let error = data
+            .write_stream(&mut Failing(2_000_000, ErrorKind::StorageFull))
+            .unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::StorageFull);
+    }
+}
