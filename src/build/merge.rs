@@ -1,0 +1,42 @@
+//! Merges the seams of several nodes into that of their parent.
+//!
+//! Lemmas 3.3.1 to 3.3.4 of Wu's thesis: a vertex outside the seam has only settled triangles around it, so the crossing
+//! triangles of the whole and of the seams alone are the same.
+
+use super::border_log::LateTriangle;
+use super::node::{Fate, Seam, SeamVertex, Workspace};
+use crate::geometry::{Point, Rect};
+use crate::mesh::smallest_first;
+
+/// Triangulates the seams together. Returns the triangles that are final now, and the seam of the whole.
+pub(super) fn merge(workspace: &mut Workspace, seams: &[Seam], cell: Rect) -> (Vec<LateTriangle>, Seam) {
+    let vertices: Vec<SeamVertex> = seams.iter().flat_map(|seam| &seam.vertices).copied().collect();
+    let points: Vec<Point> = vertices.iter().map(|v| v.point).collect();
+    let mut child_of = Vec::with_capacity(points.len());
+    let mut unsettled = Vec::new();
+    for (seam, child) in seams.iter().zip(0u32..) {
+        let first = child_of.len() as u32;
+        unsettled.extend(seam.unsettled.iter().map(|t| t.map(|v| v + first)));
+        child_of.resize(child_of.len() + seam.vertices.len(), child);
+    }
+    // Children come in order and their triangles are in order, so all are.
+    debug_assert!(unsettled.is_sorted());
+    let crosses = |t: [u32; 3]| {
+        let [a, b, c] = t.map(|v| child_of[v as usize]);
+        a != b || b != c
+    };
+    let (seam_vertices, triangles) = workspace.run(&points, cell, |t| {
+        crosses(t) || unsettled.binary_search(&smallest_first(t)).is_ok()
+    });
+    let fates = workspace.mesh.triangles.iter().zip(&workspace.settled);
+    let late = fates
+        .filter(|(_, fate)| **fate == Fate::Settled)
+        .map(|(t, _)| LateTriangle(t.map(|v| vertices[v as usize])))
+        .collect();
+    let seam = Seam {
+        vertices: seam_vertices.iter().map(|&v| vertices[v as usize]).collect(),
+        unsettled: triangles,
+        level: 1 + seams.iter().map(|seam| seam.level).max().unwrap_or(0),
+    };
+    (late, seam)
+}

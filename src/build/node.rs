@@ -1,0 +1,112 @@
+//! One node of the merge tree: triangulate, keep, settle, hand on. Leaves and inner nodes alike.
+//!
+//! In: the points X of the node and its cell. Out: its settled triangles, and its seam: the unsettled triangles and the
+//! vertices that the levels above need. A triangle is settled if its closed circumdisc lies strictly inside the cell, so
+//! that no vertex of another cell can remove it. (Wu, section 3.3, calls it safe.)
+
+use crate::geometry::{Point, Rect, disc_strictly_inside};
+use crate::mesh::{Engine, Triangulation, smallest_first};
+use crate::store::VertexId;
+
+/// What a node hands to its parent.
+#[derive(Debug, Default)]
+pub(super) struct Seam {
+    /// The vertices of the unsettled triangles and all hull vertices; without triangles, all vertices. By tile and place.
+    pub(super) vertices: Vec<SeamVertex>,
+    /// The unsettled triangles, by place in `vertices`, each from its smallest corner on, in order.
+    pub(super) unsettled: Vec<[u32; 3]>,
+    /// How many levels of nodes there are below the node, and it.
+    pub(super) level: usize,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SeamVertex {
+    pub(super) id: VertexId,
+    pub(super) point: Point,
+}
+
+/// What a thread works with; its memory is kept from node to node.
+pub(super) struct Workspace {
+    pub(super) engine: Box<dyn Engine>,
+    pub(super) mesh: Triangulation,
+    /// For each triangle of the mesh, whether it is settled.
+    pub(super) settled: Vec<Fate>,
+    /// For each point its place in the seam, or [`u32::MAX`].
+    in_seam: Vec<u32>,
+}
+
+/// What becomes of a triangle of DT(X).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Fate {
+    /// A child settled that ground already.
+    Dropped,
+    /// Final.
+    Settled,
+    /// Up to the levels above.
+    Unsettled,
+}
+
+impl Workspace {
+    pub(super) fn new(engine: Box<dyn Engine>) -> Self {
+        Self {
+            engine,
+            mesh: Triangulation::default(),
+            settled: Vec::new(),
+            in_seam: Vec::new(),
+        }
+    }
+
+    /// Triangulates a node and decides on each triangle; `keep` tells which are not a child's settled ground.
+    ///
+    /// Fills `mesh` and `settled`. Returns the points of the seam, and its triangles by place among these.
+    pub(super) fn run(
+        &mut self,
+        points: &[Point],
+        cell: Rect,
+        keep: impl Fn([u32; 3]) -> bool,
+    ) -> (Vec<u32>, Vec<[u32; 3]>) {
+        const ABSENT: u32 = u32::MAX;
+        self.engine.triangulate(points, &mut self.mesh);
+        self.settled.clear();
+        let point = |v: u32| points[v as usize];
+        self.settled.extend(self.mesh.triangles.iter().map(|&t| {
+            let [a, b, c] = t.map(point);
+            if !keep(t) {
+                Fate::Dropped
+            } else if disc_strictly_inside(a, b, c, cell) {
+                Fate::Settled
+            } else {
+                Fate::Unsettled
+            }
+        }));
+        if cell == Rect::PLANE {
+            // The root: everything is settled, and nobody needs its hull.
+            debug_assert!(!self.settled.contains(&Fate::Unsettled));
+            return (Vec::new(), Vec::new());
+        }
+        self.in_seam.clear();
+        self.in_seam.resize(points.len(), ABSENT);
+        for &vertex in &self.mesh.hull {
+            self.in_seam[vertex as usize] = 0;
+        }
+        let unsettled = || {
+            let fates = self.mesh.triangles.iter().zip(&self.settled);
+            fates.filter(|(_, fate)| **fate == Fate::Unsettled).map(|(&t, _)| t)
+        };
+        for vertex in unsettled().flatten() {
+            self.in_seam[vertex as usize] = 0;
+        }
+        let mut vertices = Vec::new();
+        for (place, vertex) in self.in_seam.iter_mut().zip(0..) {
+            if *place != ABSENT {
+                *place = vertices.len() as u32;
+                vertices.push(vertex);
+            }
+        }
+        let mut triangles: Vec<_> = unsettled()
+            .map(|t| smallest_first(t.map(|v| self.in_seam[v as usize])))
+            .collect();
+        triangles.sort_unstable();
+        (vertices, triangles)
+    }
+}

@@ -1,0 +1,191 @@
+//! What a build can be told, and how it tells how far it is.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
+
+use super::budget;
+use crate::mesh::EngineKind;
+use crate::store::Source;
+
+/// How to build a tile file.
+#[derive(Clone, Debug)]
+pub struct BuildOptions {
+    /// The most vertices of a tile, from [`MIN_TILE_VERTICES`](Self::MIN_TILE_VERTICES) to
+    /// [`MAX_TILE_VERTICES`](Self::MAX_TILE_VERTICES).
+    pub tile_vertices: usize,
+    /// The most seam vertices that one merge takes in, unless even two seams have more.
+    pub merge_vertices: usize,
+    /// Threads that compute.
+    pub threads: usize,
+    /// Bytes of memory that the build may use.
+    pub memory: u64,
+    /// The in-core engine.
+    pub engine: EngineKind,
+    /// Which of several points at one place is kept.
+    pub duplicates: Duplicates,
+    /// Whether an output that exists is replaced.
+    pub force: bool,
+    /// Where work files go; without it a folder beside the output.
+    pub work_folder: Option<PathBuf>,
+    /// Where the points come from, as metadata.
+    pub sources: Vec<Source>,
+    /// Coordinate reference system, as metadata.
+    pub crs: Option<String>,
+    /// How far the build is, for others to look at, and the way to stop it.
+    pub progress: Arc<Progress>,
+}
+
+impl BuildOptions {
+    /// The smallest value of `tile_vertices`.
+    pub const MIN_TILE_VERTICES: usize = 4;
+    /// The largest value of `tile_vertices`.
+    pub const MAX_TILE_VERTICES: usize = 1 << 18;
+}
+
+impl Default for BuildOptions {
+    fn default() -> Self {
+        Self {
+            tile_vertices: 1 << 16,
+            merge_vertices: 1 << 16,
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+            memory: budget::default_memory(),
+            engine: EngineKind::default(),
+            duplicates: Duplicates::default(),
+            force: false,
+            work_folder: None,
+            sources: Vec::new(),
+            crs: None,
+            progress: Arc::default(),
+        }
+    }
+}
+
+/// Which of several points at one place is kept. It does not depend on the order of arrival.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Duplicates {
+    /// The one of the smallest record number.
+    #[default]
+    First,
+    /// The one of the lowest z; among those the first.
+    Lowest,
+    /// The one of the highest z; among those the first.
+    Highest,
+    /// None: the build fails.
+    Error,
+}
+
+impl Duplicates {
+    const NAMES: [(Self, &'static str); 4] = [
+        (Self::First, "first"),
+        (Self::Lowest, "lowest"),
+        (Self::Highest, "highest"),
+        (Self::Error, "error"),
+    ];
+}
+
+impl fmt::Display for Duplicates {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = Self::NAMES.iter().find(|(value, _)| value == self).map_or("", |n| n.1);
+        f.write_str(name)
+    }
+}
+
+/// No rule for duplicates has this name.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("duplicates are kept first, lowest or highest, or are an error, not '{0}'")]
+pub struct UnknownDuplicates(String);
+
+impl FromStr for Duplicates {
+    type Err = UnknownDuplicates;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        let found = Self::NAMES.iter().find(|n| n.1 == name);
+        found.map(|n| n.0).ok_or_else(|| UnknownDuplicates(name.to_owned()))
+    }
+}
+
+/// The phases of a build, in order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Phase {
+    /// Points come in.
+    Read,
+    /// The plane is cut into cells.
+    Divide,
+    /// Tiles are triangulated and their seams merged.
+    Conquer,
+    /// Borders are put together.
+    Borders,
+    /// The directory is written and the file gets its name.
+    Finish,
+}
+
+impl Phase {
+    /// All phases.
+    pub const ALL: [Self; 5] = [Self::Read, Self::Divide, Self::Conquer, Self::Borders, Self::Finish];
+
+    /// The name of the phase in summaries.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Read => "read",
+            Self::Divide => "divide",
+            Self::Conquer => "conquer",
+            Self::Borders => "borders",
+            Self::Finish => "finish",
+        }
+    }
+}
+
+/// How far a build is. Shared between the build and those who look on.
+#[derive(Debug, Default)]
+pub struct Progress {
+    phase: AtomicU8,
+    done: AtomicU64,
+    total: AtomicU64,
+    points: AtomicU64,
+    cancelled: AtomicBool,
+}
+
+impl Progress {
+    /// The phase, and how many of its steps are done, of how many: points while they are read (the total is 0, for it is not
+    /// known), tiles later.
+    #[must_use]
+    pub fn state(&self) -> (Phase, u64, u64) {
+        let phase = Phase::ALL[usize::from(self.phase.load(Ordering::Relaxed))];
+        (phase, self.done.load(Ordering::Relaxed), self.total.load(Ordering::Relaxed))
+    }
+
+    /// Points that went through the phase so far.
+    #[must_use]
+    pub fn points(&self) -> u64 {
+        self.points.load(Ordering::Relaxed)
+    }
+
+    /// Asks the build to stop, which it does with [`BuildError::Cancelled`](super::BuildError::Cancelled).
+    pub fn cancel(&self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether the build was asked to stop.
+    #[must_use]
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
+    }
+
+    pub(super) fn start(&self, phase: Phase, total: u64) {
+        self.points.store(0, Ordering::Relaxed);
+        self.done.store(0, Ordering::Relaxed);
+        self.total.store(total, Ordering::Relaxed);
+        self.phase.store(phase as u8, Ordering::Relaxed);
+    }
+
+    pub(super) fn advance(&self, steps: u64, points: u64) {
+        self.done.fetch_add(steps, Ordering::Relaxed);
+        self.points.fetch_add(points, Ordering::Relaxed);
+    }
+}

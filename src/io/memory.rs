@@ -1,0 +1,72 @@
+//! A file that lies in memory: for tests, and for services that hold a whole map.
+
+use std::io;
+use std::ops::Range;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use futures::future::{BoxFuture, FutureExt, ready};
+use parking_lot::RwLock;
+
+use super::{ReadAt, WriteAt};
+
+/// Bytes in memory. Clones share them.
+#[derive(Clone, Debug, Default)]
+pub struct MemoryFile {
+    bytes: Arc<RwLock<Vec<u8>>>,
+}
+
+impl MemoryFile {
+    /// A file with these bytes.
+    #[must_use]
+    pub fn new(bytes: Vec<u8>) -> Self {
+        Self {
+            bytes: Arc::new(RwLock::new(bytes)),
+        }
+    }
+
+    /// A copy of the bytes.
+    #[must_use]
+    pub fn to_vec(&self) -> Vec<u8> {
+        self.bytes.read().clone()
+    }
+}
+
+impl ReadAt for MemoryFile {
+    fn length(&self) -> u64 {
+        self.bytes.read().len() as u64
+    }
+
+    fn backend(&self) -> &'static str {
+        "memory"
+    }
+
+    fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>> {
+        let bytes = self.bytes.read();
+        let part = usize::try_from(range.start)
+            .ok()
+            .zip(usize::try_from(range.end).ok())
+            .and_then(|(start, end)| bytes.get(start..end));
+        let read = part
+            .map(Bytes::copy_from_slice)
+            .ok_or_else(|| io::Error::from(io::ErrorKind::UnexpectedEof));
+        ready(read).boxed()
+    }
+}
+
+impl WriteAt for MemoryFile {
+    fn write_at(&self, offset: u64, data: Bytes) -> BoxFuture<'static, io::Result<()>> {
+        let mut bytes = self.bytes.write();
+        let start = offset as usize;
+        let end = start + data.len();
+        if bytes.len() < end {
+            bytes.resize(end, 0);
+        }
+        bytes[start..end].copy_from_slice(&data);
+        ready(Ok(())).boxed()
+    }
+
+    fn sync(&self) -> BoxFuture<'static, io::Result<()>> {
+        ready(Ok(())).boxed()
+    }
+}

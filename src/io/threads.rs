@@ -1,0 +1,87 @@
+//! A file on disk, read and written at positions by a pool of threads.
+
+use std::fs::File;
+use std::io;
+use std::ops::Range;
+use std::os::unix::fs::FileExt;
+use std::path::Path;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use futures::future::BoxFuture;
+
+use super::{ReadAt, WriteAt, pool};
+
+/// A file on disk. Clones share it.
+#[derive(Clone, Debug)]
+pub struct ThreadsFile {
+    file: Arc<File>,
+    length: u64,
+}
+
+impl ThreadsFile {
+    /// Opens a file to read it.
+    ///
+    /// # Errors
+    /// What the system says, and [`io::ErrorKind::IsADirectory`].
+    pub fn open(path: &Path) -> io::Result<Self> {
+        let file = File::open(path)?;
+        let metadata = file.metadata()?;
+        if metadata.is_dir() {
+            return Err(io::ErrorKind::IsADirectory.into());
+        }
+        Ok(Self {
+            file: Arc::new(file),
+            length: metadata.len(),
+        })
+    }
+
+    /// Makes a new, empty file to write and read.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        let file = File::options()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(true)
+            .open(path)?;
+        Ok(Self {
+            file: Arc::new(file),
+            length: 0,
+        })
+    }
+}
+
+impl ReadAt for ThreadsFile {
+    fn length(&self) -> u64 {
+        self.length
+    }
+
+    fn backend(&self) -> &'static str {
+        "threads"
+    }
+
+    fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>> {
+        let file = Arc::clone(&self.file);
+        pool::run(move || {
+            let length = usize::try_from(range.end.saturating_sub(range.start)).map_err(io::Error::other)?;
+            let mut buffer = vec![0; length];
+            file.read_exact_at(&mut buffer, range.start)?;
+            Ok(Bytes::from(buffer))
+        })
+    }
+}
+
+impl WriteAt for ThreadsFile {
+    fn write_at(&self, offset: u64, data: Bytes) -> BoxFuture<'static, io::Result<()>> {
+        let file = Arc::clone(&self.file);
+        pool::run(move || file.write_all_at(&data, offset))
+    }
+
+    fn sync(&self) -> BoxFuture<'static, io::Result<()>> {
+        let file = Arc::clone(&self.file);
+        pool::run(move || file.sync_all())
+    }
+}

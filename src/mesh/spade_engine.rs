@@ -1,0 +1,129 @@
+//! Crate `spade` as an engine: its bulk load, then flips that make the result canonical.
+//!
+//! spade's predicates are exact, but of the diagonals of a cocircular polygon it takes any. Lawson flips with the
+//! perturbed circle test put that right; they touch cocircular edges alone.
+
+use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation as _};
+
+use super::{Engine, NONE, Triangulation, next_side, prev_side};
+use crate::geometry::{Point, in_circle};
+
+/// The engine on top of crate `spade`.
+#[derive(Default)]
+pub(super) struct SpadeEngine {
+    stack: Vec<u32>,
+}
+
+/// A vertex that knows its index in the caller's array, because the bulk load reorders.
+#[derive(Clone, Copy)]
+struct Indexed {
+    point: Point,
+    index: u32,
+}
+
+impl HasPosition for Indexed {
+    type Scalar = f64;
+
+    fn position(&self) -> Point2<f64> {
+        Point2::new(self.point.x, self.point.y)
+    }
+}
+
+impl Engine for SpadeEngine {
+    fn triangulate(&mut self, points: &[Point], mesh: &mut Triangulation) {
+        let vertices = points
+            .iter()
+            .zip(0..)
+            .map(|(&point, index)| Indexed { point, index })
+            .collect();
+        let spade = DelaunayTriangulation::<Indexed>::bulk_load(vertices)
+            .expect("valid points are within the limits of spade, which are the same");
+        if spade.num_inner_faces() == 0 {
+            mesh.set_collinear(points);
+            return;
+        }
+        mesh.clear();
+        for face in spade.inner_faces() {
+            mesh.triangles.push(face.vertices().map(|v| v.data().index));
+        }
+        for face in spade.inner_faces() {
+            let triangle = face.index() as u32 - 1;
+            debug_assert_eq!(mesh.neighbours.len() as u32, triangle);
+            let corners = mesh.triangles[triangle as usize];
+            let mut twins = [NONE; 3];
+            for edge in face.adjacent_edges() {
+                let side = corner_of(corners, edge.from().data().index);
+                if let Some(other) = edge.rev().face().as_inner() {
+                    let number = other.index() as u32 - 1;
+                    let corner = corner_of(mesh.triangles[number as usize], edge.to().data().index);
+                    twins[side as usize] = 3 * number + corner;
+                }
+            }
+            mesh.neighbours.push(twins);
+        }
+        // spade goes round the hull clockwise.
+        mesh.hull
+            .extend(spade.convex_hull().map(|edge| edge.from().data().index));
+        mesh.hull.reverse();
+        self.canonicalise(points, mesh);
+    }
+}
+
+impl SpadeEngine {
+    /// Flips every edge whose opposite corner lies in the circle by the tie rule, until there is none.
+    ///
+    /// The perturbed test is a generic lifting, so the flips end, in the one triangulation that is regular under it.
+    fn canonicalise(&mut self, points: &[Point], mesh: &mut Triangulation) {
+        let point = |v: u32| points[v as usize];
+        self.stack.clear();
+        self.stack.extend(0..3 * mesh.triangles.len() as u32);
+        while let Some(side) = self.stack.pop() {
+            let twin = mesh.twin(side);
+            if twin == NONE {
+                continue;
+            }
+            let [a, b, c] = [side, next_side(side), prev_side(side)].map(|s| point(mesh.origin(s)));
+            if in_circle(a, b, c, point(mesh.origin(prev_side(twin)))) {
+                flip(mesh, side);
+                for triangle in [side / 3, twin / 3] {
+                    self.stack.extend(3 * triangle..3 * triangle + 3);
+                }
+            }
+        }
+    }
+}
+
+fn corner_of(corners: [u32; 3], vertex: u32) -> u32 {
+    corners
+        .iter()
+        .zip(0..)
+        .find_map(|(&v, corner)| (v == vertex).then_some(corner))
+        .expect("the vertex of an edge is a corner of both its triangles")
+}
+
+/// Replaces the diagonal of the two triangles at `side`.
+///
+/// ```text
+///        c                  c
+///      ╱   ╲              ╱ │ ╲
+///     a ─s→ b     →      a  │  b
+///      ╲   ╱              ╲ │ ╱
+///        d                  d
+/// ```
+fn flip(mesh: &mut Triangulation, side: u32) {
+    let twin = mesh.twin(side);
+    let [a, b, c] = [side, next_side(side), prev_side(side)].map(|s| mesh.origin(s));
+    let d = mesh.origin(prev_side(twin));
+    let [bc, ca] = [next_side(side), prev_side(side)].map(|s| mesh.twin(s));
+    let [ad, db] = [next_side(twin), prev_side(twin)].map(|s| mesh.twin(s));
+    let (t, u) = (side / 3, twin / 3);
+    mesh.triangles[t as usize] = [c, d, b];
+    mesh.triangles[u as usize] = [d, c, a];
+    mesh.neighbours[t as usize] = [3 * u, db, bc];
+    mesh.neighbours[u as usize] = [3 * t, ca, ad];
+    for (outer, inner) in [(db, 3 * t + 1), (bc, 3 * t + 2), (ca, 3 * u + 1), (ad, 3 * u + 2)] {
+        if outer != NONE {
+            mesh.neighbours[(outer / 3) as usize][(outer % 3) as usize] = inner;
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! The engines against brute force and against each other.
+
+use proptest::prelude::*;
+
+use super::*;
+use super::triangulation::smallest_first;
+use crate::geometry::{Orientation, Point, in_circle, orient2d};
+
+/// The triangles, each from its smallest corner on, sorted.
+fn sorted_triangles(mesh: &Triangulation) -> Vec<[u32; 3]> {
+    let mut triangles: Vec<_> = mesh.triangles.iter().map(|&t| smallest_first(t)).collect();
+    triangles.sort_unstable();
+    triangles
+}
+
+/// Every counter-clockwise triple whose circle is empty by the tie rule.
+fn brute_force(points: &[Point]) -> Vec<[u32; 3]> {
+    let n = points.len() as u32;
+    let p = |i: u32| points[i as usize];
+    let mut triangles = Vec::new();
+    for a in 0..n {
+        for b in a + 1..n {
+            for c in (a + 1..n).filter(|&c| c != b) {
+                let empty = || {
+                    (0..n)
+                        .filter(|v| ![a, b, c].contains(v))
+                        .all(|v| !in_circle(p(a), p(b), p(c), p(v)))
+                };
+                if orient2d(p(a), p(b), p(c)) == Orientation::CounterClockwise && empty() {
+                    triangles.push([a, b, c]);
+                }
+            }
+        }
+    }
+    triangles.sort_unstable();
+    triangles
+}
+
+/// Adjacency is mutual and by the same edge, and the hull is what has no neighbour, in order, convex.
+fn check_topology(points: &[Point], mesh: &Triangulation) {
+    assert_eq!(mesh.triangles.len(), mesh.neighbours.len());
+    let mut hull_edges = std::collections::HashMap::new();
+    for side in 0..3 * mesh.triangles.len() as u32 {
+        let (from, to) = (mesh.origin(side), mesh.origin(next_side(side)));
+        match mesh.twin(side) {
+            NONE => assert_eq!(hull_edges.insert(from, to), None),
+            twin => {
+                assert_eq!(mesh.twin(twin), side);
+                assert_eq!((mesh.origin(twin), mesh.origin(next_side(twin))), (to, from));
+            }
+        }
+    }
+    if mesh.triangles.is_empty() {
+        assert_eq!(mesh.hull.len(), points.len());
+        return;
+    }
+    assert_eq!(hull_edges.len(), mesh.hull.len());
+    for (i, &v) in mesh.hull.iter().enumerate() {
+        assert_eq!(hull_edges[&v], mesh.hull[(i + 1) % mesh.hull.len()]);
+    }
+    assert_eq!(mesh.triangles.len(), 2 * points.len() - 2 - mesh.hull.len());
+}
+
+fn distinct(mut points: Vec<Point>) -> Vec<Point> {
+    let mut seen = std::collections::HashSet::new();
+    points.retain(|p| seen.insert((p.x.to_bits(), p.y.to_bits())));
+    points
+}
+
+fn check_engines(points: &[Point], expected: Option<Vec<[u32; 3]>>) {
+    let mut expected = expected;
+    for &kind in EngineKind::ALL {
+        let mut mesh = Triangulation::default();
+        kind.create().triangulate(points, &mut mesh);
+        check_topology(points, &mesh);
+        let triangles = sorted_triangles(&mesh);
+        match &expected {
+            Some(expected) => assert_eq!(&triangles, expected, "{kind}"),
+            None => expected = Some(triangles),
+        }
+    }
+}
+
+fn on_grid(size: i32, count: usize) -> impl Strategy<Value = Vec<Point>> {
+    prop::collection::vec(
+        (0..size, 0..size).prop_map(|(x, y)| Point::new(x.into(), y.into())),
+        0..count,
+    )
+    .prop_map(distinct)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn engines_match_brute_force_on_small_grids(points in on_grid(5, 16)) {
+        check_engines(&points, Some(brute_force(&points)));
+    }
+
+    #[test]
+    fn engines_match_brute_force_in_general_position(
+        points in prop::collection::vec((-1.0..1.0, -1.0..1.0).prop_map(|(x, y)| Point::new(x, y)), 0..14)
+    ) {
+        check_engines(&points, Some(brute_force(&points)));
+    }
+
+    #[test]
+    fn engines_agree_on_larger_grids(points in on_grid(20, 500)) {
+        check_engines(&points, None);
+    }
+}
+
+#[test]
+fn engines_agree_on_full_grids_and_lines() {
+    for (columns, rows) in [(1, 1), (1, 50), (50, 1), (2, 50), (50, 2), (37, 41)] {
+        let grid = |turned: bool| -> Vec<_> {
+            (0..columns * rows)
+                .map(|i| (f64::from(i % columns), f64::from(i / columns)))
+                .map(|(x, y)| {
+                    if turned {
+                        Point::new(x + y, y - x)
+                    } else {
+                        Point::new(x, y)
+                    }
+                })
+                .collect()
+        };
+        check_engines(&grid(false), None);
+        check_engines(&grid(true), None);
+    }
+}

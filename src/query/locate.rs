@@ -1,0 +1,166 @@
+//! Which triangle contains a point: a walk from the nearest vertex of the cell's tile.
+//!
+//! The walk crosses any side that has the point strictly on its other side (Devillers, Pion and Teillaud, "Walking in a
+//! triangulation", 2002); on a Delaunay triangulation it cannot go in circles.
+
+use super::star::{next, previous, side_towards};
+use crate::geometry::{Orientation, Point, orient2d};
+use crate::store::{Across, ReadError, Tile, TileId, TileReader, Vertex, VertexId};
+
+/// A triangle, by a tile that holds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleRef {
+    /// The tile.
+    pub tile: TileId,
+    /// Its number there.
+    pub triangle: u32,
+    /// Its corners, counter-clockwise.
+    pub vertices: [Vertex; 3],
+}
+
+/// Where a point lies in a triangulation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Location {
+    /// On a vertex.
+    OnVertex(Vertex),
+    /// Within the edge between two vertices.
+    OnEdge {
+        /// The ends of the edge: corners `i` and `i + 1` of the triangle.
+        ends: [Vertex; 2],
+        /// A triangle that the edge is a side of.
+        triangle: TriangleRef,
+    },
+    /// Within a triangle.
+    InTriangle(TriangleRef),
+    /// Outside the hull. A file without triangles has nothing inside but its vertices.
+    Outside,
+}
+
+/// What the walk needs to go on.
+enum Step {
+    /// The tile of this vertex.
+    Need(TileId),
+    Done(Location),
+}
+
+/// A walk that is interrupted where it enters another tile.
+struct Locate {
+    target: Point,
+    /// Where to enter the next tile: through the side from the first vertex to the second, which the next tile owns.
+    enter: Option<(VertexId, VertexId)>,
+    /// Triangles that may still be entered, before the walk must be going in circles.
+    steps: u64,
+}
+
+impl Locate {
+    /// Goes on in a tile; an error says how the tile contradicts itself or others.
+    fn step(&mut self, tile: &Tile) -> Result<Step, String> {
+        let mut side = match self.enter.take() {
+            None => match self.start(tile) {
+                Ok(side) => side,
+                Err(location) => return Ok(Step::Done(location)),
+            },
+            Some((from, to)) => {
+                if to.index >= tile.vertex_count() {
+                    return Err(format!("there is no vertex {}, but other tiles have it", to.index));
+                }
+                match side_towards(tile, to.index, from)? {
+                    Some(side) => side,
+                    None => return Ok(Step::Done(Location::Outside)),
+                }
+            }
+        };
+        loop {
+            self.steps = self.steps.checked_sub(1).ok_or("a walk goes in circles")?;
+            let sides = [next(side), previous(side), side];
+            let turns = sides.map(|s| {
+                let [from, to] = [s, next(s)].map(|s| tile.vertex(tile.origin(s)).point);
+                orient2d(from, to, self.target)
+            });
+            let Some(exit) = turns.iter().position(|&turn| turn == Orientation::Clockwise) else {
+                return Ok(Step::Done(inside(tile, sides, turns)));
+            };
+            let exit = sides[exit];
+            side = match tile.across(exit) {
+                Across::Side(side) => side,
+                Across::Hull => return Ok(Step::Done(Location::Outside)),
+                Across::Elsewhere => {
+                    let [from, to] = [exit, next(exit)].map(|s| tile.vertex(tile.origin(s)).id);
+                    // Across, the side runs from `to` to `from`.
+                    self.enter = Some((to, from));
+                    return Ok(Step::Need(from.tile));
+                }
+            };
+        }
+    }
+
+    /// A side that leaves the tile's vertex nearest to the target, or where the target lies if it is that vertex.
+    fn start(&self, tile: &Tile) -> Result<u32, Location> {
+        let square = |p: Point| {
+            let (dx, dy) = (p.x - self.target.x, p.y - self.target.y);
+            dx * dx + dy * dy
+        };
+        let nearest = tile
+            .points()
+            .zip(0..)
+            .min_by(|(p, _), (q, _)| square(*p).total_cmp(&square(*q)));
+        let Some((point, vertex)) = nearest else { return Err(Location::Outside) };
+        if point == self.target {
+            return Err(Location::OnVertex(tile.vertex(vertex)));
+        }
+        tile.side_leaving(vertex).ok_or(Location::Outside)
+    }
+}
+
+/// Where the target lies in a triangle that it is not outside of.
+fn inside(tile: &Tile, sides: [u32; 3], turns: [Orientation; 3]) -> Location {
+    let triangle = sides[0] / 3;
+    let triangle = TriangleRef {
+        tile: tile.id(),
+        triangle,
+        vertices: tile.vertices(triangle),
+    };
+    let on: Vec<u32> = sides
+        .into_iter()
+        .zip(turns)
+        .filter(|(_, turn)| *turn == Orientation::Collinear)
+        .map(|(side, _)| side)
+        .collect();
+    let origin = |side: u32| tile.vertex(tile.origin(side));
+    match on[..] {
+        [] => Location::InTriangle(triangle),
+        [side] => Location::OnEdge {
+            ends: [origin(side), origin(next(side))],
+            triangle,
+        },
+        // On two sides: at the corner between them.
+        [a, b, ..] => Location::OnVertex(origin(if next(a) == b { b } else { a })),
+    }
+}
+
+impl TileReader {
+    /// Where a point lies. Reads the tile of its cell, and others where the walk to the point enters them.
+    ///
+    /// # Errors
+    /// If a tile cannot be read, or tiles contradict each other. A point that is not finite lies outside.
+    pub async fn locate(&self, x: f64, y: f64) -> Result<Location, ReadError> {
+        let target = Point::new(x, y).normalized();
+        let directory = self.directory();
+        let Some(mut id) = directory.tree.tile_at(target) else { return Ok(Location::Outside) };
+        if !directory.metadata.bounds.contains(target) {
+            return Ok(Location::Outside);
+        }
+        let mut walk = Locate {
+            target,
+            enter: None,
+            steps: 4 * directory.metadata.triangles.saturating_add(4),
+        };
+        loop {
+            let tile = self.tile(id).await?;
+            match walk.step(&tile).map_err(|reason| self.damaged(id, reason))? {
+                Step::Need(other) => id = other,
+                Step::Done(location) => return Ok(location),
+            }
+        }
+    }
+}

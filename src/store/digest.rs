@@ -1,0 +1,147 @@
+//! The digest: what a triangulation is, whatever tiles it is cut into.
+//!
+//! A sum modulo 2¹²⁸ of one hash for each triangle, and so for vertices, constraint edges and holes. The hash is XXH3 (128
+//! bits, seed 0) of the coordinates' f64 bits, little-endian: x and y of each corner, counter-clockwise, the
+//! lexicographically smallest corner first.
+
+use std::fmt;
+use std::ops::AddAssign;
+
+use futures::stream::{Stream, StreamExt, TryStreamExt};
+use xxhash_rust::xxh3::xxh3_128;
+
+use super::{ReadError, Tile, TileReader};
+use crate::geometry::Point;
+
+/// A number of things, and the sum of their hashes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DigestSum {
+    /// How many.
+    pub count: u64,
+    /// The sum of their hashes modulo 2¹²⁸.
+    pub sum: u128,
+}
+
+impl DigestSum {
+    fn add(&mut self, bytes: &[u8]) {
+        self.count += 1;
+        self.sum = self.sum.wrapping_add(xxh3_128(bytes));
+    }
+}
+
+impl AddAssign for DigestSum {
+    fn add_assign(&mut self, other: Self) {
+        self.count += other.count;
+        self.sum = self.sum.wrapping_add(other.sum);
+    }
+}
+
+/// The digest of a triangulation. Its [`Display`](fmt::Display) has a line each for triangles, vertices, constraint edges
+/// and holes: name, count, sum in hexadecimal.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Digest {
+    /// All triangles.
+    pub triangles: DigestSum,
+    /// All vertices.
+    pub vertices: DigestSum,
+    /// Constraint edges. There are none as yet.
+    pub constraint_edges: DigestSum,
+    /// Triangles in holes. There are none as yet.
+    pub holes: DigestSum,
+}
+
+impl Digest {
+    /// Adds a vertex.
+    pub fn add_vertex(&mut self, p: Point) {
+        self.vertices.add(point_bytes([p]).as_flattened());
+    }
+
+    /// Adds a triangle, whose corners are counter-clockwise.
+    pub fn add_triangle(&mut self, [a, b, c]: [Point; 3]) {
+        let corners = if a.lex_cmp(b).is_lt() && a.lex_cmp(c).is_lt() {
+            [a, b, c]
+        } else if b.lex_cmp(c).is_lt() {
+            [b, c, a]
+        } else {
+            [c, a, b]
+        };
+        self.triangles.add(point_bytes(corners).as_flattened());
+    }
+
+    fn add_tile(&mut self, tile: &Tile) {
+        tile.points().for_each(|p| self.add_vertex(p));
+        for triangle in tile.owned_triangles() {
+            self.add_triangle(tile.triangle_points(triangle));
+        }
+    }
+}
+
+fn point_bytes<const N: usize>(points: [Point; N]) -> [[u8; 16]; N] {
+    points.map(|p| {
+        let mut bytes = [0; 16];
+        bytes[..8].copy_from_slice(&p.x.to_le_bytes());
+        bytes[8..].copy_from_slice(&p.y.to_le_bytes());
+        bytes
+    })
+}
+
+impl AddAssign for Digest {
+    fn add_assign(&mut self, other: Self) {
+        self.triangles += other.triangles;
+        self.vertices += other.vertices;
+        self.constraint_edges += other.constraint_edges;
+        self.holes += other.holes;
+    }
+}
+
+impl fmt::Display for Digest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let line = |name, DigestSum { count, sum }| format!("{name:<16} {count:>12} {sum:032x}");
+        writeln!(f, "{}", line("triangles", self.triangles))?;
+        writeln!(f, "{}", line("vertices", self.vertices))?;
+        writeln!(f, "{}", line("constraint-edges", self.constraint_edges))?;
+        write!(f, "{}", line("holes", self.holes))
+    }
+}
+
+impl TileReader {
+    /// The digest of the whole file, which is read once. Must be awaited within a tokio runtime.
+    ///
+    /// # Errors
+    /// If a tile cannot be read.
+    pub async fn digest(&self) -> Result<Digest, ReadError> {
+        let digests = self.for_each_tile(|tile| {
+            let mut digest = Digest::default();
+            digest.add_tile(tile);
+            digest
+        });
+        let sum = |mut sum: Digest, digest| async move {
+            sum += digest;
+            Ok(sum)
+        };
+        digests.try_fold(Digest::default(), sum).await
+    }
+
+    /// What `compute` makes of each tile, in order. It runs on threads for blocking work, as many at once as the machine
+    /// has processors.
+    pub(crate) fn for_each_tile<T: Send + 'static, F: Fn(&Tile) -> T + Clone + Send + 'static>(
+        &self,
+        compute: F,
+    ) -> impl Stream<Item = Result<T, ReadError>> + Send + Unpin + use<T, F> {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let tasks = self.tiles().map(move |tile| {
+            let compute = compute.clone();
+            let task = tile.map(|tile| tokio::task::spawn_blocking(move || compute(&tile)));
+            async move {
+                match task?.await {
+                    Ok(result) => Ok(result),
+                    Err(error) => match error.try_into_panic() {
+                        Ok(panic) => std::panic::resume_unwind(panic),
+                        Err(_) => Err(ReadError::Cancelled),
+                    },
+                }
+            }
+        });
+        tasks.buffered(threads).boxed()
+    }
+}

@@ -1,0 +1,168 @@
+//! The k-d tree: the partition of the plane into cells, the order of the tiles, the index of the directory.
+
+use crate::geometry::{Point, Rect};
+use crate::store::TileId;
+
+/// A node of the k-d tree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum KdNode {
+    /// Points with x up to and including `cut` are in the left child, which is the next node; others in node `right`.
+    X {
+        /// Where the cell is cut.
+        cut: f64,
+        /// The number of the right child.
+        right: u32,
+    },
+    /// The same with y.
+    Y {
+        /// Where the cell is cut.
+        cut: f64,
+        /// The number of the right child.
+        right: u32,
+    },
+    /// A cell that is not cut.
+    Leaf(TileId),
+}
+
+/// A k-d tree in preorder: node 0 is the root, the left child follows its parent. Without tiles it is empty.
+///
+/// Cells are half-open: a cell owns its right and top side, not its left and bottom one. Outermost cells reach to infinity.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct KdTree {
+    nodes: Vec<KdNode>,
+    tiles: u32,
+}
+
+impl KdTree {
+    /// Checks that `nodes` are a tree in preorder with leaves numbered from left to right; an error says what is wrong.
+    pub(crate) fn new(nodes: Vec<KdNode>) -> Result<Self, String> {
+        let mut tiles = 0;
+        if nodes.is_empty() {
+            return Ok(Self::default());
+        }
+        // The right children that are still to come, innermost last, and before them the end.
+        let mut expected = vec![nodes.len() as u32];
+        for (number, node) in (0u32..).zip(&nodes) {
+            match *node {
+                KdNode::X { cut, right } | KdNode::Y { cut, right } => {
+                    if !cut.is_finite() {
+                        return Err(format!("node {number} is cut at {cut}"));
+                    }
+                    expected.push(right);
+                }
+                KdNode::Leaf(tile) => {
+                    if tile.0 != tiles {
+                        return Err(format!("leaf {number} is tile {tile}, not {tiles}"));
+                    }
+                    tiles += 1;
+                    if expected.pop() != Some(number + 1) {
+                        return Err(format!("node {} does not belong behind node {number}", number + 1));
+                    }
+                }
+            }
+        }
+        if expected.is_empty() {
+            Ok(Self { nodes, tiles })
+        } else {
+            Err(format!("node {} is missing", expected[expected.len() - 1]))
+        }
+    }
+
+    /// The nodes in preorder.
+    #[must_use]
+    pub fn nodes(&self) -> &[KdNode] {
+        &self.nodes
+    }
+
+    /// How many leaves there are.
+    #[must_use]
+    pub fn tiles(&self) -> u32 {
+        self.tiles
+    }
+
+    /// The tile whose cell contains `p`, or none if there are no tiles.
+    #[must_use]
+    pub fn tile_at(&self, p: Point) -> Option<TileId> {
+        let mut node = 0u32;
+        loop {
+            node = match *self.nodes.get(node as usize)? {
+                KdNode::X { cut, right } => if p.x <= cut { node + 1 } else { right },
+                KdNode::Y { cut, right } => if p.y <= cut { node + 1 } else { right },
+                KdNode::Leaf(tile) => return Some(tile),
+            };
+        }
+    }
+
+    /// The cell of every node, in preorder. Outer sides are infinite.
+    #[must_use]
+    pub fn node_cells(&self) -> Vec<Rect> {
+        let mut cells = vec![Rect::PLANE; self.nodes.len()];
+        for (number, node) in self.nodes.iter().enumerate() {
+            let cell = cells[number];
+            let (mut low, mut high) = (cell, cell);
+            let right = match *node {
+                KdNode::X { cut, right } => {
+                    (low.max_x, high.min_x) = (cut, cut);
+                    right
+                }
+                KdNode::Y { cut, right } => {
+                    (low.max_y, high.min_y) = (cut, cut);
+                    right
+                }
+                KdNode::Leaf(_) => continue,
+            };
+            cells[number + 1] = low;
+            cells[right as usize] = high;
+        }
+        cells
+    }
+
+    /// The cell of every tile, in order. Outer sides are infinite.
+    #[must_use]
+    pub fn cells(&self) -> Vec<Rect> {
+        let cells = self.node_cells().into_iter().zip(&self.nodes);
+        cells
+            .filter(|(_, node)| matches!(node, KdNode::Leaf(_)))
+            .map(|(cell, _)| cell)
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tree() -> Vec<KdNode> {
+        vec![
+            KdNode::X { cut: 1.0, right: 2 },
+            KdNode::Leaf(TileId(0)),
+            KdNode::Y { cut: 5.0, right: 4 },
+            KdNode::Leaf(TileId(1)),
+            KdNode::Leaf(TileId(2)),
+        ]
+    }
+
+    #[test]
+    fn points_on_a_cut_are_left_of_it() {
+        let tree = KdTree::new(tree()).unwrap();
+        let at = |x, y| tree.tile_at(Point::new(x, y)).unwrap().0;
+        assert_eq!([at(1.0, 9.0), at(1.5, 5.0), at(1.5, 5.5)], [0, 1, 2]);
+        assert_eq!(tree.cells()[1], Rect::new(1.0, f64::NEG_INFINITY, f64::INFINITY, 5.0));
+        assert_eq!(KdTree::default().tile_at(Point::new(0.0, 0.0)), None);
+    }
+
+    #[test]
+    fn broken_trees_are_refused() {
+        for broken in 0..5 {
+            let mut nodes = tree();
+            nodes.remove(broken);
+            assert!(KdTree::new(nodes).is_err());
+            let mut nodes = tree();
+            nodes[broken] = KdNode::X { cut: f64::NAN, right: 9 };
+            assert!(KdTree::new(nodes).is_err());
+        }
+        let mut nodes = tree();
+        nodes[0] = KdNode::X { cut: 1.0, right: 0 };
+        assert!(KdTree::new(nodes).is_err());
+    }
+}

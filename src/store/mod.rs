@@ -1,0 +1,30 @@
+//! The tile file: superblocks, directory, tiles, and those who write, read and check them.
+//!
+//! Knows no triangulating. The format is written down in `schema/FORMAT.md`.
+
+mod cache;
+mod digest;
+mod directory;
+mod encode;
+mod generated;
+mod ids;
+mod kd_tree;
+mod packed;
+mod reader;
+mod superblock;
+mod tile;
+mod verify;
+mod writer;
+
+pub use cache::{Cache, CacheStatistics};
+pub use digest::{Digest, DigestSum};
+pub use directory::{Directory, Extent, Metadata, Source, TileEntry};
+pub use ids::{TileId, VertexId};
+pub use kd_tree::{KdNode, KdTree};
+pub use reader::{OpenOptions, ReadError, TileReader};
+pub use superblock::{FORMAT_VERSION, FileId};
+pub(crate) use encode::{BorderDraft, CoreDraft, ELSEWHERE, HULL};
+pub(crate) use directory::MAX_TILES;
+pub(crate) use writer::TileWriter;
+pub use tile::{Across, Tile, Vertex};
+pub use verify::{VerifyError, VerifyReport};

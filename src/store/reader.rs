@@ -1,0 +1,290 @@
+//! Opens a tile file and hands out its tiles.
+
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use futures::stream::{self, Stream, StreamExt};
+
+use super::superblock::{FIRST_EXTENT, Superblock};
+use super::{Cache, Directory, FileId, Tile, TileEntry, TileId};
+use crate::io::{ReadAt, ThreadsFile};
+
+/// Bytes of tiles that a scan reads ahead.
+const SCAN_AHEAD: u64 = 32 << 20;
+/// Bytes of the cache that a reader makes for itself.
+const DEFAULT_CACHE: usize = 64 << 20;
+
+/// Why a tile file could not be read.
+#[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The system refused.
+    #[error("{file}: cannot read {what}: {source}")]
+    Io {
+        /// The file.
+        file: Arc<str>,
+        /// What was to be read.
+        what: String,
+        /// What the system says.
+        source: Arc<io::Error>,
+    },
+    /// The file is no tile file, or not one that this library reads, or its directory is damaged.
+    #[error("{file}: {reason}")]
+    Invalid {
+        /// The file.
+        file: Arc<str>,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A tile is damaged.
+    #[error("{file}: tile {tile} at byte {offset} is damaged: {reason}")]
+    Tile {
+        /// The file.
+        file: Arc<str>,
+        /// The tile.
+        tile: TileId,
+        /// Where its core lies.
+        offset: u64,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The file has no tile of this number.
+    #[error("{file}: there is no tile {tile}; the file has {tiles}, numbered from 0")]
+    NoSuchTile {
+        /// The file.
+        file: Arc<str>,
+        /// The number asked for.
+        tile: TileId,
+        /// Tiles in the file.
+        tiles: usize,
+    },
+    /// The runtime was shut down under the load.
+    #[error("the load was cancelled, because the runtime is shutting down")]
+    Cancelled,
+}
+
+/// How to open a tile file.
+#[derive(Clone, Default)]
+pub struct OpenOptions {
+    cache: Option<Cache>,
+}
+
+impl OpenOptions {
+    /// Puts tiles in this cache, which other readers may share. Without it a reader has a cache of 64 MiB of its own.
+    #[must_use]
+    pub fn cache(mut self, cache: &Cache) -> Self {
+        self.cache = Some(cache.clone());
+        self
+    }
+}
+
+/// An open tile file. Clones share it; they and their streams may be used from any task of a tokio runtime.
+#[derive(Clone)]
+pub struct TileReader {
+    inner: Arc<Inner>,
+}
+
+struct Inner {
+    name: Arc<str>,
+    source: Box<dyn ReadAt>,
+    superblock: Superblock,
+    directory: Directory,
+    cache: Cache,
+}
+
+impl TileReader {
+    /// Opens a file.
+    ///
+    /// # Errors
+    /// If it cannot be read, is no tile file, or its directory is damaged.
+    pub async fn open(path: impl AsRef<Path>, options: OpenOptions) -> Result<Self, ReadError> {
+        let path = path.as_ref();
+        let name: Arc<str> = path.display().to_string().into();
+        let file = ThreadsFile::open(path).map_err(|error| ReadError::Io {
+            file: Arc::clone(&name),
+            what: "the file".to_owned(),
+            source: Arc::new(error),
+        })?;
+        Self::open_source(file, &name, options).await
+    }
+
+    /// Opens a file on any backend; `name` stands in errors.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub async fn open_source(
+        source: impl ReadAt + 'static,
+        name: &str,
+        options: OpenOptions,
+    ) -> Result<Self, ReadError> {
+        let name: Arc<str> = name.into();
+        let io = |what: &str| {
+            let (file, what) = (Arc::clone(&name), what.to_owned());
+            move |error| ReadError::Io {
+                file,
+                what,
+                source: Arc::new(error),
+            }
+        };
+        let invalid = |reason: String| ReadError::Invalid {
+            file: Arc::clone(&name),
+            reason,
+        };
+        let length = source.length();
+        let head = source.read_at(0..length.min(FIRST_EXTENT)).await;
+        let superblock = Superblock::choose(&head.map_err(io("the superblocks"))?).map_err(invalid)?;
+        if superblock.file_length > length {
+            let reason = format!("it is cut off: it has {length} bytes of {}", superblock.file_length);
+            return Err(invalid(reason));
+        }
+        let start = superblock.directory_offset;
+        let bytes = source.read_at(start..start + superblock.directory_length).await;
+        let bytes = bytes.map_err(io("the directory"))?;
+        let directory = Directory::decode(&bytes, &superblock)
+            .map_err(|reason| invalid(format!("its directory is damaged: {reason}")))?;
+        let cache = options.cache.unwrap_or_else(|| Cache::new(DEFAULT_CACHE));
+        tracing::debug!(file = &*name, backend = source.backend(), tiles = directory.tiles.len(), "opened");
+        Ok(Self {
+            inner: Arc::new(Inner {
+                name,
+                source: Box::new(source),
+                superblock,
+                directory,
+                cache,
+            }),
+        })
+    }
+
+    /// The directory.
+    #[must_use]
+    pub fn directory(&self) -> &Directory {
+        &self.inner.directory
+    }
+
+    /// The name that the file was opened by.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.inner.name
+    }
+
+    /// The identity of the file: a hash of all it holds.
+    #[must_use]
+    pub fn file_id(&self) -> FileId {
+        self.inner.superblock.file_id
+    }
+
+    /// How often the file was changed, and once for its making.
+    #[must_use]
+    pub fn generation(&self) -> u64 {
+        self.inner.superblock.generation
+    }
+
+    /// Bytes of the file.
+    #[must_use]
+    pub fn file_length(&self) -> u64 {
+        self.inner.superblock.file_length
+    }
+
+    /// The name of the I/O backend.
+    #[must_use]
+    pub fn backend(&self) -> &'static str {
+        self.inner.source.backend()
+    }
+
+    /// The cache in use.
+    #[must_use]
+    pub fn cache(&self) -> &Cache {
+        &self.inner.cache
+    }
+
+    /// One tile, from the cache or the file. Must be awaited within a tokio runtime.
+    ///
+    /// # Errors
+    /// If there is no such tile, it cannot be read, or it is damaged.
+    pub async fn tile(&self, id: TileId) -> Result<Arc<Tile>, ReadError> {
+        let entry = *self.entry(id)?;
+        let inner = Arc::clone(&self.inner);
+        let key = (self.file_id(), id);
+        self.inner.cache.get_or_load(key, || inner.load(id, entry)).await
+    }
+
+    /// All tiles in order, read ahead of their consumer. What is not in the cache stays out of it, so that a scan does not
+    /// flush what queries keep hot. Must be polled within a tokio runtime.
+    pub fn tiles(&self) -> impl Stream<Item = Result<Arc<Tile>, ReadError>> + Send + Unpin + 'static {
+        let ids: Vec<_> = (0..self.directory().tiles.len() as u32).map(TileId).collect();
+        self.scan(ids)
+    }
+
+    /// Some tiles, in the order asked for, read ahead like [`tiles`](Self::tiles).
+    pub(crate) fn scan(
+        &self,
+        ids: Vec<TileId>,
+    ) -> impl Stream<Item = Result<Arc<Tile>, ReadError>> + Send + Unpin + 'static {
+        let inner = Arc::clone(&self.inner);
+        let mean = self.file_length() / self.directory().tiles.len().max(1) as u64;
+        let ahead = (SCAN_AHEAD / mean.max(1)).clamp(2, 64) as usize;
+        let loads = stream::iter(ids).map(move |id| {
+            let inner = Arc::clone(&inner);
+            // Tasks of their own go on while the consumer computes.
+            let load = tokio::spawn(async move {
+                if let Some(tile) = inner.cache.peek((inner.superblock.file_id, id)) {
+                    return Ok(tile);
+                }
+                let entry = *inner.entry(id)?;
+                inner.load(id, entry).await
+            });
+            async move { load.await.unwrap_or_else(|_| Err(ReadError::Cancelled)) }
+        });
+        loads.buffered(ahead).boxed()
+    }
+
+    fn entry(&self, id: TileId) -> Result<&TileEntry, ReadError> {
+        self.inner.entry(id)
+    }
+
+    /// The error for a tile that contradicts its neighbours.
+    pub(crate) fn damaged(&self, tile: TileId, reason: impl Into<String>) -> ReadError {
+        self.inner.damaged(tile, reason.into())
+    }
+}
+
+impl Inner {
+    fn entry(&self, id: TileId) -> Result<&TileEntry, ReadError> {
+        let tiles = &self.directory.tiles;
+        tiles.get(id.0 as usize).ok_or_else(|| ReadError::NoSuchTile {
+            file: Arc::clone(&self.name),
+            tile: id,
+            tiles: tiles.len(),
+        })
+    }
+
+    fn damaged(&self, tile: TileId, reason: String) -> ReadError {
+        ReadError::Tile {
+            file: Arc::clone(&self.name),
+            tile,
+            offset: self.directory.tiles.get(tile.0 as usize).map_or(0, |t| t.core.offset),
+            reason,
+        }
+    }
+
+    async fn load(self: Arc<Self>, id: TileId, entry: TileEntry) -> Result<Arc<Tile>, ReadError> {
+        let ranges = [entry.core, entry.border].map(|e| e.offset..e.offset + u64::from(e.length));
+        let read = self.source.read_many(&ranges).await;
+        let extents = read.map_err(|error| ReadError::Io {
+            file: Arc::clone(&self.name),
+            what: format!("tile {id} at byte {}", entry.core.offset),
+            source: Arc::new(error),
+        })?;
+        // Checksums and range checks take milliseconds, which the runtime's workers do not have.
+        let opened = tokio::task::spawn_blocking(move || {
+            let [core, border]: [Bytes; 2] = extents.try_into().expect("an answer for each range");
+            Tile::open(id, &entry, &core, &border)
+        });
+        match opened.await {
+            Ok(tile) => tile.map(Arc::new).map_err(|reason| self.damaged(id, reason)),
+            Err(_) => Err(ReadError::Cancelled),
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! Proves that a file is what it claims to be.
+//!
+//! [`TileReader::verify`] reads every tile once: checksums, ranges, adjacency. A deep check proves the triangulation in
+//! memory that grows with the number of tiles only:
+//!
+//! - each triangle is counter-clockwise, and each edge's circle is empty, ties broken by the rule;
+//! - around each vertex the triangles close once, or make a fan of at most a half-turn on the hull;
+//! - the hull, which turns left everywhere, goes round once: it has a single lexicographic minimum;
+//! - each triangle stands in all tiles of its vertices, and is the same there: for each pair of tiles the hashes of
+//!   the triangles that the one owns and the other shares cancel.
+//!
+//! Triangles that fit round every vertex cover the plane like a sheet without folds, a closed convex curve round it is
+//! passed once, so the sheet lies flat: the file is a triangulation of the convex hull, and by the circles the one Delaunay
+//! triangulation.
+//!
+//! [`TileReader::verify_points`] compares it with its input.
+
+mod points;
+mod star;
+mod tile;
+
+use std::collections::HashMap;
+
+use futures::stream::StreamExt;
+
+use super::{ReadError, Tile, TileId, TileReader};
+use crate::geometry::{Orientation, Point, orient2d};
+use tile::TileReport;
+
+/// What is wrong with a tile.
+#[derive(Clone, Debug)]
+pub(super) struct Fault {
+    /// The triangle of the tile, if it is one's fault.
+    triangle: Option<u32>,
+    reason: String,
+}
+
+impl Fault {
+    fn new(reason: impl Into<String>) -> Self {
+        Self {
+            triangle: None,
+            reason: reason.into(),
+        }
+    }
+
+    fn at(triangle: u32, reason: impl Into<String>) -> Self {
+        Self {
+            triangle: Some(triangle),
+            reason: reason.into(),
+        }
+    }
+}
+
+/// What is wrong with a file.
+#[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum VerifyError {
+    /// A part cannot be read, or is damaged.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// A tile contradicts itself, or is no Delaunay triangulation.
+    #[error("tile {tile}, {}: {reason}", triangle.map_or("as a whole".to_owned(), |t| format!("triangle {t}")))]
+    Tile {
+        /// The tile at fault.
+        tile: TileId,
+        /// The triangle at fault, by its number in the tile.
+        triangle: Option<u32>,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The file as a whole contradicts itself.
+    #[error("{0}")]
+    File(String),
+    /// The input cannot be read.
+    #[error("{0}")]
+    Input(String),
+    /// A point of the input is not in the file, or a vertex not in the input.
+    #[error("{0}")]
+    Points(String),
+}
+
+/// What was checked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct VerifyReport {
+    /// Tiles.
+    pub tiles: u64,
+    /// Vertices.
+    pub vertices: u64,
+    /// Triangles.
+    pub triangles: u64,
+    /// Edges whose circle is empty; 0 unless the check was deep.
+    pub edges: u64,
+}
+
+impl TileReader {
+    /// Checks the file; `deep` proves the triangulation too. Must be awaited within a tokio runtime.
+    ///
+    /// # Errors
+    /// The first thing that is wrong.
+    pub async fn verify(&self, deep: bool) -> Result<VerifyReport, VerifyError> {
+        let directory = self.directory();
+        let cells = std::sync::Arc::new(directory.tree.cells());
+        let has_triangles = directory.metadata.triangles > 0;
+        let mut reports = self.for_each_tile(move |tile| {
+            let cell = cells[tile.id().0 as usize];
+            let report = tile::check(tile, cell, has_triangles, deep);
+            (tile.id(), report)
+        });
+        let mut totals = Totals::default();
+        while let Some(report) = reports.next().await {
+            let (tile, report) = report?;
+            totals.add(self, report.map_err(|fault| fault.of(tile))?)?;
+        }
+        if deep {
+            self.verify_whole(&totals).await?;
+        }
+        Ok(VerifyReport {
+            tiles: directory.tiles.len() as u64,
+            vertices: directory.metadata.vertices,
+            triangles: directory.metadata.triangles,
+            edges: totals.edges,
+        })
+    }
+
+    /// Checks what no tile can tell alone.
+    async fn verify_whole(&self, totals: &Totals) -> Result<(), VerifyError> {
+        let metadata = &self.directory().metadata;
+        let mut pairs: Vec<_> = totals.shared.iter().filter(|(_, sum)| **sum != 0).map(|(p, _)| *p).collect();
+        pairs.sort_unstable();
+        if let Some(&(owner, other)) = pairs.first() {
+            return Err(self.find_difference(owner, other).await?);
+        }
+        if totals.hull_edges != metadata.hull_edges {
+            let expected = metadata.hull_edges;
+            return Err(VerifyError::File(format!(
+                "there are {} hull edges, and by Euler's formula there should be {expected}",
+                totals.hull_edges
+            )));
+        }
+        let hulls = u64::from(metadata.triangles > 0);
+        if totals.hull_minima != hulls {
+            return Err(VerifyError::File(format!(
+                "the hull goes round {} times, not {hulls}",
+                totals.hull_minima
+            )));
+        }
+        if metadata.triangles == 0 && metadata.vertices > 2 {
+            self.verify_collinear().await?;
+        }
+        Ok(())
+    }
+
+    /// Without triangles, all vertices must lie on one line.
+    async fn verify_collinear(&self) -> Result<(), VerifyError> {
+        let mut first: Vec<Point> = Vec::with_capacity(2);
+        let mut tiles = self.tiles();
+        while let Some(tile) = tiles.next().await {
+            let tile = tile?;
+            for (p, vertex) in tile.points().zip(0u32..) {
+                match first[..] {
+                    [a, b] if orient2d(a, b, p) != Orientation::Collinear => {
+                        let reason = format!("vertex {vertex} is not in line with others, but there are no triangles");
+                        return Err(Fault::new(reason).of(tile.id()));
+                    }
+                    [_, _] => {}
+                    _ => first.push(p),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Names the triangle that one tile owns and another lacks, or the other way round.
+    async fn find_difference(&self, owner: TileId, other: TileId) -> Result<VerifyError, ReadError> {
+        let (owning, sharing) = (self.tile(owner).await?, self.tile(other).await?);
+        let keys = |tile: &Tile| -> HashMap<u128, u32> {
+            let shared = (tile.core_triangle_count()..tile.triangle_count())
+                .filter(|&t| tile::owner(tile, t) == owner && tile.vertices(t).iter().any(|v| v.id.tile == other));
+            shared.map(|t| (tile::hash(tile, t), t)).collect()
+        };
+        let (of_owner, of_other) = (keys(&owning), keys(&sharing));
+        let lacking = |from: &HashMap<u128, u32>, to: &HashMap<u128, u32>| {
+            from.iter().filter(|(key, _)| !to.contains_key(key)).map(|(_, &t)| t).min()
+        };
+        let fault = if let Some(triangle) = lacking(&of_owner, &of_other) {
+            Fault::at(triangle, format!("tile {other} shares the triangle, but does not have it")).of(owner)
+        } else if let Some(triangle) = lacking(&of_other, &of_owner) {
+            Fault::at(triangle, format!("tile {owner} owns the triangle, but does not have it")).of(other)
+        } else {
+            Fault::new(format!("it has another number of triangles in common than tile {other}")).of(owner)
+        };
+        Ok(fault)
+    }
+}
+
+impl Fault {
+    fn of(self, tile: TileId) -> VerifyError {
+        VerifyError::Tile {
+            tile,
+            triangle: self.triangle,
+            reason: self.reason,
+        }
+    }
+}
+
+/// What the tiles add up to.
+#[derive(Default)]
+struct Totals {
+    edges: u64,
+    hull_edges: u64,
+    /// Hull vertices that are lexicographically smaller than both their neighbours on the hull.
+    hull_minima: u64,
+    /// For each pair of an owner and another tile, the hashes of triangles owned less those shared.
+    shared: HashMap<(TileId, TileId), u128>,
+}
+
+impl Totals {
+    fn add(&mut self, reader: &TileReader, report: TileReport) -> Result<(), VerifyError> {
+        let directory = reader.directory();
+        let entry = &directory.tiles[report.tile.0 as usize];
+        let wrong = |reason: String| Err(Fault::new(reason).of(report.tile));
+        if report.owned != entry.owned_triangles {
+            return wrong(format!(
+                "{} triangles belong to it, and its entry says {}",
+                report.owned, entry.owned_triangles
+            ));
+        }
+        if report.bounds != entry.bounds {
+            return wrong(format!("its bounds are {:?}, and its entry says {:?}", report.bounds, entry.bounds));
+        }
+        if report.has_z != directory.metadata.has_z {
+            return wrong("it differs from the file in whether it has z".to_owned());
+        }
+        self.edges += report.edges;
+        self.hull_edges += report.hull_edges;
+        self.hull_minima += report.hull_minima;
+        for (pair, sum) in report.shared {
+            let total = self.shared.entry(pair).or_default();
+            *total = total.wrapping_add(sum);
+            if *total == 0 {
+                self.shared.remove(&pair);
+            }
+        }
+        Ok(())
+    }
+}

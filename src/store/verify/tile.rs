@@ -1,0 +1,173 @@
+//! What can be checked of a tile alone.
+
+use std::collections::{HashMap, HashSet};
+
+use xxhash_rust::xxh3::xxh3_128;
+
+use super::Fault;
+use super::star;
+use crate::geometry::{Orientation, Rect, in_circle, orient2d};
+use crate::mesh::{next_side, prev_side};
+use crate::store::{Across, Tile, TileId};
+
+/// What a tile adds to the whole.
+pub(super) struct TileReport {
+    pub(super) tile: TileId,
+    pub(super) owned: u32,
+    pub(super) bounds: Rect,
+    pub(super) has_z: bool,
+    pub(super) edges: u64,
+    pub(super) hull_edges: u64,
+    pub(super) hull_minima: u64,
+    pub(super) shared: HashMap<(TileId, TileId), u128>,
+}
+
+/// Checks a tile: its structure, and if `deep` its geometry.
+pub(super) fn check(tile: &Tile, cell: Rect, has_triangles: bool, deep: bool) -> Result<TileReport, Fault> {
+    check_vertices(tile, cell)?;
+    let mut report = TileReport {
+        tile: tile.id(),
+        owned: 0,
+        bounds: Rect::around(tile.points()),
+        has_z: tile.vertex_count() == 0 || tile.z(0).is_some(),
+        edges: 0,
+        hull_edges: 0,
+        hull_minima: 0,
+        shared: HashMap::new(),
+    };
+    for triangle in 0..tile.triangle_count() {
+        check_triangle(tile, triangle)?;
+        if tile.owns(triangle) {
+            report.owned += 1;
+            report.bounds = report.bounds.union(Rect::around(tile.triangle_points(triangle)));
+        }
+    }
+    let fans = star::fans(tile, has_triangles)?;
+    if deep {
+        report.edges = check_circles(tile)?;
+        for vertex in 0..tile.vertex_count() {
+            if let Some(hull) = star::check_turn(tile, vertex, &fans)? {
+                report.hull_edges += 1;
+                report.hull_minima += u64::from(hull.is_minimum);
+            }
+        }
+        for triangle in tile.core_triangle_count()..tile.triangle_count() {
+            share(tile, triangle, &mut report.shared);
+        }
+    }
+    Ok(report)
+}
+
+/// Vertices lie in their cell, each at a place of its own, and z is a number.
+fn check_vertices(tile: &Tile, cell: Rect) -> Result<(), Fault> {
+    let mut places = HashSet::with_capacity(tile.vertex_count() as usize);
+    for (p, vertex) in tile.points().zip(0u32..) {
+        let inside = cell.min_x < p.x && p.x <= cell.max_x && cell.min_y < p.y && p.y <= cell.max_y;
+        if !inside {
+            return Err(Fault::new(format!("vertex {vertex} at ({}, {}) lies outside its cell", p.x, p.y)));
+        }
+        if !places.insert((p.x.to_bits(), p.y.to_bits())) {
+            return Err(Fault::new(format!("vertex {vertex} at ({}, {}) lies on another", p.x, p.y)));
+        }
+        if tile.z(vertex).is_some_and(|z| !z.is_finite()) {
+            return Err(Fault::new(format!("vertex {vertex} has no finite z")));
+        }
+    }
+    Ok(())
+}
+
+/// Three different corners, one of them the tile's own, counter-clockwise; neighbours agree.
+fn check_triangle(tile: &Tile, triangle: u32) -> Result<(), Fault> {
+    let corners = tile.corners(triangle);
+    let own = corners.iter().filter(|&&corner| corner < tile.vertex_count()).count();
+    if own == 0 || corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0] {
+        return Err(Fault::at(triangle, "it has no corner in its tile, or one twice"));
+    }
+    let [a, b, c] = tile.triangle_points(triangle);
+    if orient2d(a, b, c) != Orientation::CounterClockwise {
+        return Err(Fault::at(triangle, "it is not counter-clockwise"));
+    }
+    for side in 3 * triangle..3 * triangle + 3 {
+        let ends = [side, next_side(side)].map(|s| tile.origin(s));
+        let foreign = ends.iter().all(|&corner| corner >= tile.vertex_count());
+        match tile.across(side) {
+            Across::Side(other) => {
+                let there = [next_side(other), other].map(|s| tile.origin(s));
+                if tile.across(other) != Across::Side(side) || there != ends {
+                    return Err(Fault::at(triangle, format!("it and triangle {} disagree on their edge", other / 3)));
+                }
+            }
+            Across::Elsewhere if foreign => {}
+            Across::Hull if !foreign => {}
+            Across::Elsewhere | Across::Hull => {
+                return Err(Fault::at(triangle, "it has no neighbour where there must be one"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The circle of each edge with both its triangles in the tile is empty. Returns how many belong to the tile.
+fn check_circles(tile: &Tile) -> Result<u64, Fault> {
+    let mut edges = 0;
+    for side in 0..3 * tile.triangle_count() {
+        let [from, to] = [side, next_side(side)].map(|s| tile.vertex(tile.origin(s)));
+        let first = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
+        let mine = first.id.tile == tile.id();
+        match tile.across(side) {
+            Across::Side(other) if side < other => {
+                let opposite = tile.vertex(tile.origin(prev_side(other))).point;
+                let [a, b, c] = tile.triangle_points(side / 3);
+                if in_circle(a, b, c, opposite) {
+                    let reason = format!("its circle holds the far corner of triangle {}", other / 3);
+                    return Err(Fault::at(side / 3, reason));
+                }
+                edges += u64::from(mine);
+            }
+            Across::Hull => edges += u64::from(mine),
+            Across::Side(_) | Across::Elsewhere => {}
+        }
+    }
+    Ok(edges)
+}
+
+/// Adds a border triangle to the sums of the pairs of tiles that it joins: once for its owner, once against for others.
+fn share(tile: &Tile, triangle: u32, sums: &mut HashMap<(TileId, TileId), u128>) {
+    let owner = owner(tile, triangle);
+    let hash = hash(tile, triangle);
+    let mut others = tile.vertices(triangle).map(|v| v.id.tile).to_vec();
+    others.sort_unstable();
+    others.dedup();
+    let mut add = |pair, hash: u128| {
+        let sum = sums.entry(pair).or_default();
+        *sum = sum.wrapping_add(hash);
+    };
+    if owner == tile.id() {
+        others.iter().filter(|&&t| t != owner).for_each(|&t| add((owner, t), hash));
+    } else {
+        add((owner, tile.id()), hash.wrapping_neg());
+    }
+}
+
+/// The tile that a triangle belongs to.
+pub(super) fn owner(tile: &Tile, triangle: u32) -> TileId {
+    let [a, b, c] = tile.vertices(triangle);
+    let smaller = |p: crate::store::Vertex, q: crate::store::Vertex| if p.point.lex_cmp(q.point).is_le() { p } else { q };
+    smaller(smaller(a, b), c).id.tile
+}
+
+/// A hash of a triangle's corners, their numbers and places, the smallest first.
+pub(super) fn hash(tile: &Tile, triangle: u32) -> u128 {
+    let mut corners = tile.vertices(triangle);
+    let smallest = (0..3).min_by_key(|&i| corners[i].id).unwrap_or(0);
+    corners.rotate_left(smallest);
+    let bytes: Vec<u8> = corners
+        .iter()
+        .flat_map(|v| {
+            let id = u64::from(v.id.tile.0) << 32 | u64::from(v.id.index);
+            [id, v.point.x.to_bits(), v.point.y.to_bits()]
+        })
+        .flat_map(u64::to_le_bytes)
+        .collect();
+    xxh3_128(&bytes)
+}

@@ -1,0 +1,104 @@
+//! Writes a tile file from front to back.
+
+use std::io;
+
+use bytes::{Bytes, BytesMut};
+
+use super::Directory;
+use super::directory::Extent;
+use super::superblock::{BLOCK, FIRST_EXTENT, FileId, MAX_FLATBUFFER, Superblock};
+use crate::io::WriteAt;
+
+/// Bytes gathered before they are written.
+const CHUNK: usize = 4 << 20;
+
+/// Appends extents and then the directory; the superblocks come last, so that an unfinished file is none.
+pub(crate) struct TileWriter<W> {
+    file: W,
+    /// Bytes that are not written yet, and where they go.
+    pending: BytesMut,
+    written: u64,
+}
+
+impl<W: WriteAt> TileWriter<W> {
+    /// Starts a file.
+    pub(crate) fn new(file: W) -> Self {
+        Self {
+            file,
+            pending: BytesMut::new(),
+            written: FIRST_EXTENT,
+        }
+    }
+
+    /// Bytes of the file so far.
+    pub(crate) fn length(&self) -> u64 {
+        self.written + self.pending.len() as u64
+    }
+
+    /// Appends a core, aligned so that it can be read past the page cache.
+    pub(crate) async fn append_core(&mut self, core: &Bytes) -> io::Result<Extent> {
+        self.append(core, BLOCK).await
+    }
+
+    /// Appends a border. Borders are short and are read with their neighbours, so they lie close together.
+    pub(crate) async fn append_border(&mut self, border: &Bytes) -> io::Result<Extent> {
+        self.append(border, 8).await
+    }
+
+    async fn append(&mut self, bytes: &[u8], alignment: u64) -> io::Result<Extent> {
+        if bytes.len() as u64 > MAX_FLATBUFFER {
+            let message = format!("a tile takes {} bytes, more than the format allows; use smaller tiles", bytes.len());
+            return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
+        }
+        let offset = self.length().next_multiple_of(alignment);
+        let padding = (offset - self.length()) as usize;
+        self.pending.resize(self.pending.len() + padding, 0);
+        self.pending.extend_from_slice(bytes);
+        if self.pending.len() >= CHUNK {
+            self.flush().await?;
+        }
+        Ok(Extent {
+            offset,
+            length: bytes.len() as u32,
+            crc: crc32c::crc32c(bytes),
+        })
+    }
+
+    async fn flush(&mut self) -> io::Result<()> {
+        let chunk = self.pending.split().freeze();
+        let length = chunk.len() as u64;
+        self.file.write_at(self.written, chunk).await?;
+        self.written += length;
+        Ok(())
+    }
+
+    /// Writes the directory, makes sure that everything is on the medium, and then writes the superblocks.
+    ///
+    /// Returns the length of the file.
+    pub(crate) async fn finish(mut self, directory: &Directory) -> io::Result<u64> {
+        let (bytes, root_length, root_crc) = directory.encode();
+        if u64::from(root_length) > MAX_FLATBUFFER {
+            let message = "the directory is larger than the format allows; use larger tiles";
+            return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
+        }
+        let directory_offset = self.length().next_multiple_of(BLOCK);
+        let padding = (directory_offset - self.length()) as usize;
+        self.pending.resize(self.pending.len() + padding, 0);
+        self.pending.extend_from_slice(&bytes);
+        self.flush().await?;
+        self.file.sync().await?;
+        let superblock = Superblock {
+            file_id: FileId(xxhash_rust::xxh3::xxh3_128(&bytes)),
+            generation: 1,
+            file_length: self.written,
+            directory_offset,
+            directory_length: bytes.len() as u64,
+            root_length,
+            root_crc,
+        };
+        let block = superblock.encode();
+        self.file.write_at(0, [&block[..], &block[..]].concat().into()).await?;
+        self.file.sync().await?;
+        Ok(self.written)
+    }
+}
