@@ -135,10 +135,7 @@ impl Rect {
     /// Whether the two closed rectangles have a point in common.
     #[must_use]
     pub fn intersects(self, other: Self) -> bool {
-        self.min_x <= other.max_x
-            && other.min_x <= self.max_x
-            && self.min_y <= other.max_y
-            && other.min_y <= self.max_y
+        self.min_x <= other.max_x && other.min_x <= self.max_x && self.min_y <= other.max_y && other.min_y <= self.max_y
     }
 
     /// Width and height.
