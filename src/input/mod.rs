@@ -1,1 +1,90 @@
-//! What comes in: readers for point files.
+//! What comes in: points from files, as one blocking stream of batches.
+//!
+//! In: paths (or streams) in any mix of the formats below, and [`InputOptions`]. Out: [`PointBatch`]es in input order,
+//! every point valid ([`Point::is_valid`]), normalized ([`Point::normalized`]) and with its record number. Why one stream:
+//! several files are one point set, and whoever triangulates must not know formats.
+//!
+//! ```text
+//!   paths ─> PointSource ─> one reader at a time ─> Sink ─> PointBatch
+//!              │ open: peeks at every file             │ checks, counts, numbers every record
+//!              └ has_z, crs, total_bytes               └ InputError::Record, or skipped
+//! ```
+//!
+//! | format | module | as a stream | feature |
+//! |---|---|---|---|
+//! | rows of text: comma, semicolon, tab, blanks | `text` | yes | `text` |
+//! | raw little-endian f64 | `raw` | yes | |
+//! | Triangle's and TetGen's `.node` | `node` | yes | |
+//! | GeoJSON, newline-delimited too | `geojson` over `json` | yes | `geojson` |
+//! | LAS, LAZ, COPC | `las`, `laz` | no: needs a file | `las` |
+//!
+//! **Memory** is bounded whatever the file: a read buffer of 256 KiB, a batch, and for text one row of at most 1 MiB;
+//! for LAZ the decompressor's state of one chunk. No length or count that a file claims is believed before it is
+//! compared with the file's size. Every file is hostile: what is wrong with it becomes an [`InputError`], never a panic.
+//!
+//! **Record numbers** are u64 positions from 0 over all inputs in order. Every record counts, those that are skipped,
+//! withheld or filtered too, so that a number finds its record again whatever the options: text rows (not header,
+//! comment and blank lines), pairs or triples of f64, rows of `.node`, GeoJSON positions in document order (the closing
+//! one of a ring too), LAS points.
+//!
+//! **z**: [`PointSource::has_z`] is known at open, since every file's header or first record is looked at. If any input
+//! has z then every batch has z for all of its points, and points without one get 0.0, which a note reports;
+//! otherwise no batch has any. A NaN never gets in.
+
+mod bytes;
+mod error;
+#[cfg(feature = "geojson")]
+mod geojson;
+#[cfg(feature = "geojson")]
+mod json;
+#[cfg(feature = "las")]
+mod las;
+#[cfg(feature = "las")]
+mod laz;
+mod lines;
+mod node;
+mod options;
+mod raw;
+mod sink;
+mod source;
+#[cfg(feature = "text")]
+mod text;
+
+pub use error::{InputError, Place};
+pub use options::{Column, Columns, Format, InputOptions, Returns};
+pub use sink::InputCounts;
+pub use source::PointSource;
+
+use crate::geometry::Point;
+
+/// A batch of points in input order.
+#[derive(Clone, Debug, Default)]
+pub struct PointBatch {
+    /// The points: valid and normalized.
+    pub points: Vec<Point>,
+    /// Their elevations: finite. Empty if the source has none ([`PointSource::has_z`]), else as long as `points`.
+    pub z: Vec<f64>,
+    /// Their record numbers, ascending; as long as `points`.
+    pub records: Vec<u64>,
+}
+
+impl PointBatch {
+    /// The number of points.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Whether the batch has no points.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// Removes all points and keeps the memory.
+    pub fn clear(&mut self) {
+        self.points.clear();
+        self.z.clear();
+        self.records.clear();
+    }
+}

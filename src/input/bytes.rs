@@ -1,0 +1,212 @@
+//! Bytes from files and streams: opened, counted, unzipped, buffered.
+//!
+//! In: a path, or any stream. Out: [`ByteInput`], which the formats that need no seeking read through a [`Buffered`].
+//! gzip is undone here (all members of the file), so that no format has to know of it.
+
+use super::InputError;
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// The size of a read buffer, and of a read.
+pub(super) const BUFFER: usize = 256 << 10;
+
+/// The first bytes of a gzip file: magic number and deflate, the one method there is (RFC 1952).
+const GZIP: [u8; 3] = [0x1f, 0x8b, 8];
+
+/// A reader that counts what it hands out, for progress.
+pub(super) struct Counted<R> {
+    inner: R,
+    count: Arc<AtomicU64>,
+}
+
+impl<R> Counted<R> {
+    pub fn new(inner: R, count: Arc<AtomicU64>) -> Self {
+        Self { inner, count }
+    }
+}
+
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, buf: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buf)?;
+        self.count.fetch_add(n as u64, Ordering::Relaxed);
+        Ok(n)
+    }
+}
+
+impl<R: Seek> Seek for Counted<R> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.inner.seek(to)
+    }
+}
+
+/// An opened input, before its format takes it.
+pub(super) struct ByteInput {
+    /// Its name, for messages.
+    pub path: Arc<Path>,
+    /// Its bytes: decompressed, from the first on.
+    pub read: Box<dyn Read + Send>,
+    /// The number of these bytes, if known.
+    pub size: Option<u64>,
+    /// The first of these bytes, to look at: a few hundred, or all there are.
+    pub head: Vec<u8>,
+}
+
+impl ByteInput {
+    /// Looks at the first bytes, and undoes gzip if they (and, unless `by_magic`, the name) tell of it.
+    pub fn new(
+        path: Arc<Path>,
+        read: Box<dyn Read + Send>,
+        size: Option<u64>,
+        by_magic: bool,
+    ) -> Result<Self, InputError> {
+        let named = path.extension().is_some_and(|suffix| suffix.eq_ignore_ascii_case("gz"));
+        let plain = Self::with_head(path, read, size)?;
+        if !(plain.head.starts_with(&GZIP) && (by_magic || named)) {
+            return Ok(plain);
+        }
+        let read = gunzip(plain.read, &plain.path)?;
+        Self::with_head(plain.path, read, None)
+    }
+
+    fn with_head(path: Arc<Path>, mut read: Box<dyn Read + Send>, size: Option<u64>) -> Result<Self, InputError> {
+        let mut head = Vec::new();
+        match read.by_ref().take(512).read_to_end(&mut head) {
+            Ok(_) => Ok(Self {
+                path,
+                read: Box::new(io::Cursor::new(head.clone()).chain(read)),
+                size,
+                head,
+            }),
+            Err(source) => Err(InputError::Read {
+                path: path.to_path_buf(),
+                offset: 0,
+                source,
+            }),
+        }
+    }
+}
+
+#[cfg(feature = "text")]
+fn gunzip(read: Box<dyn Read + Send>, _: &Path) -> Result<Box<dyn Read + Send>, InputError> {
+    let read = io::BufReader::with_capacity(BUFFER, read);
+    Ok(Box::new(flate2::bufread::MultiGzDecoder::new(read)))
+}
+
+#[cfg(not(feature = "text"))]
+fn gunzip(_: Box<dyn Read + Send>, path: &Path) -> Result<Box<dyn Read + Send>, InputError> {
+    Err(InputError::MissingFeature {
+        path: path.to_owned(),
+        what: "gzip".to_owned(),
+        feature: "text",
+    })
+}
+
+/// Opens a file and tells its size if it has one (pipes and devices have not).
+pub(super) fn open_file(path: &Path) -> Result<(File, Option<u64>), InputError> {
+    let open = || {
+        let file = File::open(path)?;
+        let metadata = file.metadata()?;
+        Ok((file, metadata.is_file().then_some(metadata.len())))
+    };
+    open().map_err(|source| InputError::Open {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// A window on a stream of bytes: those that were read and not yet consumed.
+///
+/// ```text
+///   buf   ....consumed....|=======data=======|....room....
+///                       start               end
+/// ```
+pub(super) struct Buffered {
+    path: Arc<Path>,
+    read: Box<dyn Read + Send>,
+    buf: Vec<u8>,
+    start: usize,
+    end: usize,
+    /// The offset of `buf[start]` in the stream.
+    offset: u64,
+}
+
+impl Buffered {
+    pub fn new(input: ByteInput) -> Self {
+        Self {
+            path: input.path,
+            read: input.read,
+            buf: vec![0; BUFFER],
+            start: 0,
+            end: 0,
+            offset: 0,
+        }
+    }
+
+    /// The bytes at hand.
+    #[inline]
+    pub fn data(&self) -> &[u8] {
+        &self.buf[self.start..self.end]
+    }
+
+    /// The offset of the first byte at hand.
+    #[inline]
+    pub fn offset(&self) -> u64 {
+        self.offset
+    }
+
+    pub fn path(&self) -> PathBuf {
+        self.path.to_path_buf()
+    }
+
+    /// Passes over the first `n` bytes at hand and gives them; they stay in place until [`Self::more`].
+    #[inline]
+    pub fn consume(&mut self, n: usize) -> &[u8] {
+        let from = self.start;
+        self.start += n;
+        debug_assert!(self.start <= self.end, "consumed more than there is");
+        self.offset += n as u64;
+        &self.buf[from..self.start]
+    }
+
+    /// Takes back the `n` bytes consumed last, if [`Self::more`] was not called since.
+    #[cfg(feature = "text")]
+    pub fn take_back(&mut self, n: usize) {
+        self.start -= n;
+        self.offset -= n as u64;
+    }
+
+    /// Reads further bytes behind those at hand; false at the end of the stream. The buffer grows if they fill it: a
+    /// caller who waits for the end of something must give up at some length.
+    pub fn more(&mut self) -> Result<bool, InputError> {
+        if self.start == self.end {
+            self.start = 0;
+            self.end = 0;
+        } else if self.end == self.buf.len() {
+            self.buf.copy_within(self.start..self.end, 0);
+            self.end -= self.start;
+            self.start = 0;
+            if self.end > self.buf.len() / 2 {
+                self.buf.resize(self.buf.len() * 2, 0);
+            }
+        }
+        loop {
+            match self.read.read(&mut self.buf[self.end..]) {
+                Ok(n) => {
+                    self.end += n;
+                    return Ok(n > 0);
+                }
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(source) => {
+                    return Err(InputError::Read {
+                        path: self.path(),
+                        offset: self.offset + (self.end - self.start) as u64,
+                        source,
+                    });
+                }
+            }
+        }
+    }
+}

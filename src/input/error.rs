@@ -1,0 +1,126 @@
+//! What can go wrong with an input, with the evidence: file, record, line or offset, what was found, what to do.
+
+use std::error::Error;
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+
+/// Where in a file something was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Place {
+    /// The file as a whole.
+    File,
+    /// A line of text, from 1.
+    Line(u64),
+    /// A byte offset from 0; of the decompressed bytes if the file is gzip.
+    Byte(u64),
+    /// A point of a LAS file, from 0 in that file.
+    Point(u64),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File => f.write_str("file"),
+            Self::Line(n) => write!(f, "line {n}"),
+            Self::Byte(n) => write!(f, "byte {n}"),
+            Self::Point(n) => write!(f, "point {n}"),
+        }
+    }
+}
+
+/// Why points could not be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum InputError {
+    /// The file cannot be opened.
+    #[error("{}: cannot be opened; does it exist, and may you read it?", path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The operating system, or the gzip decoder, failed within the file.
+    #[error("{}: byte {offset}: reading failed; the file is damaged or cut short, or its medium failed", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The bytes read before (decompressed ones if the file is gzip).
+        offset: u64,
+        /// Why.
+        source: io::Error,
+    },
+    /// Neither the name nor an option tells the format.
+    #[error(
+        "{}: the name does not tell the format; give it with --format, or use one of the suffixes .csv .tsv .txt .xyz \
+         .f64 .node .geojson .json .geojsonl .las .laz (and .gz after any but the last two)",
+        path.display()
+    )]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The library was built without the reader.
+    #[error("{}: {what} cannot be read: built without the feature `{feature}`", path.display())]
+    MissingFeature {
+        /// The file.
+        path: PathBuf,
+        /// The format.
+        what: String,
+        /// The feature of the crate that has its reader.
+        feature: &'static str,
+    },
+    /// A record is no valid point. With [`skip_invalid`](super::InputOptions::skip_invalid) it is counted instead.
+    #[error(
+        "{}: record {record} ({place}): {found}; correct it, or pass over such records with --skip-invalid",
+        path.display()
+    )]
+    Record {
+        /// The file.
+        path: PathBuf,
+        /// The record number, over all inputs.
+        record: u64,
+        /// Where in the file.
+        place: Place,
+        /// What was found.
+        found: String,
+    },
+    /// The file's structure is broken: no record of its own is to blame, and none can be passed over.
+    #[error("{}: {place}: {problem}; {hint}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// Where in the file.
+        place: Place,
+        /// What was found.
+        problem: String,
+        /// What to do.
+        hint: &'static str,
+        /// The decoder's error, if it comes from one.
+        source: Option<Box<dyn Error + Send + Sync>>,
+    },
+    /// An option has a value that is not possible.
+    #[error("`{value}` is not possible for {option}; {expected}")]
+    Option {
+        /// The option.
+        option: &'static str,
+        /// Its value.
+        value: String,
+        /// What is possible.
+        expected: String,
+    },
+}
+
+/// Bytes of a file as text for a message: printable, and not much of it.
+pub(super) fn excerpt(bytes: &[u8]) -> String {
+    const LONGEST: usize = 60;
+    let mut text: String = String::from_utf8_lossy(&bytes[..bytes.len().min(LONGEST)])
+        .escape_debug()
+        .collect();
+    if bytes.len() > LONGEST {
+        text.push('…');
+    }
+    text
+}

@@ -1,0 +1,222 @@
+//! What to read and how: formats, columns, filters.
+
+use super::InputError;
+use std::fmt;
+use std::path::Path;
+use std::str::FromStr;
+
+/// The format of a file with points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Format {
+    /// Rows of text, their fields apart by comma, semicolon, tab or blanks.
+    Text,
+    /// Raw little-endian f64: x y, or x y z with [`InputOptions::dims`] 3.
+    F64,
+    /// The `.node` files of Triangle (two dimensions) and TetGen (three).
+    Node,
+    /// GeoJSON: a document, or one feature or geometry after the other.
+    GeoJson,
+    /// LAS, LAZ and COPC.
+    Las,
+}
+
+impl Format {
+    /// The format that a file name tells by its suffix, capitals and a further `.gz` notwithstanding.
+    #[must_use]
+    pub fn from_path(path: &Path) -> Option<Self> {
+        let name = path.file_name()?.to_str()?.to_ascii_lowercase();
+        let name = name.strip_suffix(".gz").unwrap_or(&name);
+        let (stem, suffix) = name.rsplit_once('.')?;
+        if stem.is_empty() {
+            return None;
+        }
+        match suffix {
+            "csv" | "tsv" | "txt" | "xyz" => Some(Self::Text),
+            "f64" => Some(Self::F64),
+            "node" => Some(Self::Node),
+            "geojson" | "json" | "geojsonl" | "geojsons" | "ndjson" => Some(Self::GeoJson),
+            "las" | "laz" => Some(Self::Las),
+            _ => None,
+        }
+    }
+}
+
+impl FromStr for Format {
+    type Err = InputError;
+
+    fn from_str(text: &str) -> Result<Self, InputError> {
+        match text.to_ascii_lowercase().as_str() {
+            "text" | "csv" | "tsv" | "xyz" | "txt" => Ok(Self::Text),
+            "f64" => Ok(Self::F64),
+            "node" => Ok(Self::Node),
+            "geojson" | "json" => Ok(Self::GeoJson),
+            "las" | "laz" => Ok(Self::Las),
+            _ => Err(InputError::Option {
+                option: "--format",
+                value: text.to_owned(),
+                expected: "it is one of text, f64, node, geojson, las".to_owned(),
+            }),
+        }
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Text => "text",
+            Self::F64 => "f64",
+            Self::Node => "node",
+            Self::GeoJson => "geojson",
+            Self::Las => "las",
+        })
+    }
+}
+
+/// A column of a text file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Column {
+    /// By position, from 1.
+    Number(usize),
+    /// By its name in the header, capitals notwithstanding.
+    Name(String),
+}
+
+impl fmt::Display for Column {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(n) => n.fmt(f),
+            Self::Name(name) => name.fmt(f),
+        }
+    }
+}
+
+/// The columns of a text file that hold the coordinates, as in `--columns lon,lat` or `--columns 2,3,5`.
+///
+/// A column that is all digits is a number, anything else a name. Without a third one there is no z.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Columns {
+    /// The column of x.
+    pub x: Column,
+    /// The column of y.
+    pub y: Column,
+    /// The column of z, if wanted.
+    pub z: Option<Column>,
+}
+
+impl FromStr for Columns {
+    type Err = InputError;
+
+    fn from_str(text: &str) -> Result<Self, InputError> {
+        let fail = || InputError::Option {
+            option: "--columns",
+            value: text.to_owned(),
+            expected: "it is x,y or x,y,z, each a name of the header or a column number from 1".to_owned(),
+        };
+        let column = |field: &str| {
+            let field = field.trim();
+            if field.bytes().all(|b| b.is_ascii_digit()) {
+                match field.parse() {
+                    Ok(n) if n > 0 => Ok(Column::Number(n)),
+                    _ => Err(fail()),
+                }
+            } else {
+                Ok(Column::Name(field.to_owned()))
+            }
+        };
+        let fields: Vec<&str> = text.split(',').collect();
+        match fields[..] {
+            [x, y] => Ok(Self {
+                x: column(x)?,
+                y: column(y)?,
+                z: None,
+            }),
+            [x, y, z] => Ok(Self {
+                x: column(x)?,
+                y: column(y)?,
+                z: Some(column(z)?),
+            }),
+            _ => Err(fail()),
+        }
+    }
+}
+
+impl fmt::Display for Columns {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{},{}", self.x, self.y)?;
+        match &self.z {
+            Some(z) => write!(f, ",{z}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Which returns of a lidar pulse are points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Returns {
+    /// The first return of each pulse.
+    First,
+    /// The last return of each pulse.
+    Last,
+    /// All returns.
+    #[default]
+    All,
+}
+
+impl FromStr for Returns {
+    type Err = InputError;
+
+    fn from_str(text: &str) -> Result<Self, InputError> {
+        match text.to_ascii_lowercase().as_str() {
+            "first" => Ok(Self::First),
+            "last" => Ok(Self::Last),
+            "all" => Ok(Self::All),
+            _ => Err(InputError::Option {
+                option: "--returns",
+                value: text.to_owned(),
+                expected: "it is one of first, last, all".to_owned(),
+            }),
+        }
+    }
+}
+
+impl fmt::Display for Returns {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::First => "first",
+            Self::Last => "last",
+            Self::All => "all",
+        })
+    }
+}
+
+/// How to read. An option that does not concern the format at hand has no effect.
+#[derive(Clone, Debug)]
+pub struct InputOptions {
+    /// The format of all inputs; `None` goes by each file's suffix.
+    pub format: Option<Format>,
+    /// Text: the columns; `None` goes by the header, or by position where there is none.
+    pub columns: Option<Columns>,
+    /// f64: the numbers per point, 2 or 3.
+    pub dims: u8,
+    /// LAS: the classes to keep; empty keeps all.
+    pub classes: Vec<u8>,
+    /// LAS: the returns to keep.
+    pub returns: Returns,
+    /// Count invalid records and pass over them, where otherwise the first one is an error.
+    pub skip_invalid: bool,
+}
+
+impl Default for InputOptions {
+    fn default() -> Self {
+        Self {
+            format: None,
+            columns: None,
+            dims: 2,
+            classes: Vec::new(),
+            returns: Returns::All,
+            skip_invalid: false,
+        }
+    }
+}

@@ -1,0 +1,372 @@
+//! The stream of batches over all inputs.
+//!
+//! State on open: every file was looked at (header or first record) and closed again, but the first one and those that
+//! can be read only once (standard input, pipes), which wait opened. State while reading: one reader, and the inputs
+//! that are left. A failure ends the stream.
+
+use super::bytes::{ByteInput, Counted, open_file};
+use super::sink::Sink;
+use super::{Format, InputCounts, InputError, InputOptions, PointBatch};
+use std::collections::VecDeque;
+use std::fmt;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What a format does.
+pub(super) trait Reader: Send {
+    /// Whether its points have z. Known from the start.
+    fn has_z(&self) -> bool;
+
+    /// The coordinate reference system, if the file has told it by now.
+    fn crs(&self) -> Option<&str> {
+        None
+    }
+
+    /// Puts points into the sink until it is full (true) or the file is at its end (false).
+    fn fill(&mut self, sink: &mut Sink<'_>) -> Result<bool, InputError>;
+
+    /// What a person should know, when the file is at its end.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
+}
+
+/// An input and, if it is open, its reader.
+struct Input {
+    path: Arc<Path>,
+    format: Option<Format>,
+    size: Option<u64>,
+    opened: Option<Opened>,
+}
+
+struct Opened {
+    reader: Box<dyn Reader>,
+    /// The bytes taken from the file.
+    taken: Arc<AtomicU64>,
+    /// Points without z that got 0.
+    padded: u64,
+}
+
+/// A blocking stream of the points of several files, which together are one set.
+///
+/// ```
+/// use delaunay_tiles::input::{InputOptions, PointBatch, PointSource};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let dir = tempfile::tempdir()?;
+/// let path = dir.path().join("points.f64");
+/// std::fs::write(&path, [1.5f64.to_le_bytes(), 2.5f64.to_le_bytes()].concat())?;
+///
+/// let mut source = PointSource::open(&[path], &InputOptions::default())?;
+/// let mut batch = PointBatch::default();
+/// while source.next_batch(&mut batch)? {
+///     for (point, record) in batch.points.iter().zip(&batch.records) {
+///         println!("{record}: {} {}", point.x, point.y);
+///     }
+/// }
+/// assert_eq!(source.counts().points, 1);
+/// # Ok(())
+/// # }
+/// ```
+pub struct PointSource {
+    inputs: VecDeque<Input>,
+    options: InputOptions,
+    counts: InputCounts,
+    notes: Vec<String>,
+    has_z: bool,
+    crs: Option<String>,
+    total_bytes: Option<u64>,
+    /// Bytes of the inputs that are done.
+    done_bytes: u64,
+}
+
+impl PointSource {
+    /// Opens the inputs in this order and looks at each one's beginning. A path `-` is standard input.
+    ///
+    /// Standard input needs [`InputOptions::format`], or is taken for GeoJSON if it begins with a brace, else for text.
+    ///
+    /// # Errors
+    /// An input that does not exist, has no known format, or is broken at its beginning; options that are not possible.
+    pub fn open(paths: &[PathBuf], options: &InputOptions) -> Result<Self, InputError> {
+        let mut source = Self::new(options)?;
+        let mut standard_input = false;
+        for path in paths {
+            if path.as_os_str() == "-" {
+                if std::mem::replace(&mut standard_input, true) {
+                    return Err(InputError::Option {
+                        option: "an input",
+                        value: "-".to_owned(),
+                        expected: "standard input can be read only once".to_owned(),
+                    });
+                }
+                source.add_stream("standard input", Box::new(std::io::stdin()))?;
+            } else {
+                source.add_file(path)?;
+            }
+        }
+        Ok(source)
+    }
+
+    /// Reads one stream, as [`Self::open`] does with standard input; `name` stands for it in messages.
+    ///
+    /// # Errors
+    /// As for [`Self::open`]. LAS is not possible: it needs a file.
+    pub fn from_reader(name: &str, reader: Box<dyn Read + Send>, options: &InputOptions) -> Result<Self, InputError> {
+        let mut source = Self::new(options)?;
+        source.add_stream(name, reader)?;
+        Ok(source)
+    }
+
+    fn new(options: &InputOptions) -> Result<Self, InputError> {
+        if !matches!(options.dims, 2 | 3) {
+            return Err(InputError::Option {
+                option: "--dims",
+                value: options.dims.to_string(),
+                expected: "it is 2 or 3".to_owned(),
+            });
+        }
+        Ok(Self {
+            inputs: VecDeque::new(),
+            options: options.clone(),
+            counts: InputCounts::default(),
+            notes: Vec::new(),
+            has_z: false,
+            crs: None,
+            total_bytes: Some(0),
+            done_bytes: 0,
+        })
+    }
+
+    fn add_file(&mut self, path: &Path) -> Result<(), InputError> {
+        let Some(format) = self.options.format.or_else(|| Format::from_path(path)) else {
+            return Err(InputError::UnknownFormat { path: path.to_owned() });
+        };
+        let mut input = Input {
+            path: path.into(),
+            format: Some(format),
+            size: None,
+            opened: None,
+        };
+        let opened = input.open(&self.options)?;
+        let once = input.size.is_none();
+        let keep = self.inputs.is_empty() || once;
+        self.add(input, opened, keep);
+        Ok(())
+    }
+
+    fn add_stream(&mut self, name: &str, stream: Box<dyn Read + Send>) -> Result<(), InputError> {
+        let taken = Arc::new(AtomicU64::new(0));
+        let input = Input {
+            path: Path::new(name).into(),
+            format: self.options.format,
+            size: None,
+            opened: None,
+        };
+        let stream = Box::new(Counted::new(stream, taken.clone()));
+        let opened = input.start(stream, taken, &self.options)?;
+        self.add(input, opened, true);
+        Ok(())
+    }
+
+    fn add(&mut self, mut input: Input, opened: Opened, keep: bool) {
+        self.has_z |= opened.reader.has_z();
+        self.total_bytes = self.total_bytes.zip(input.size).map(|(sum, size)| sum + size);
+        self.take_crs(&*opened.reader);
+        input.opened = keep.then_some(opened);
+        self.inputs.push_back(input);
+    }
+
+    fn take_crs(&mut self, reader: &dyn Reader) {
+        if self.crs.is_none() {
+            self.crs = reader.crs().map(str::to_owned);
+        }
+    }
+
+    /// Clears the batch and fills it with the next points, 8192 or a few less; false if there are none left.
+    ///
+    /// # Errors
+    /// A record that is no valid point, unless [`InputOptions::skip_invalid`]; a file that is broken or cannot be read.
+    /// An error ends the stream: what comes after it is false.
+    pub fn next_batch(&mut self, batch: &mut PointBatch) -> Result<bool, InputError> {
+        batch.clear();
+        let result = self.fill(batch);
+        if result.is_err() {
+            self.inputs.clear();
+            batch.clear();
+        }
+        result.map(|()| !batch.is_empty())
+    }
+
+    fn fill(&mut self, batch: &mut PointBatch) -> Result<(), InputError> {
+        while let Some(mut input) = self.inputs.pop_front() {
+            let mut opened = match input.opened.take() {
+                Some(opened) => opened,
+                None => input.open(&self.options)?,
+            };
+            let mut sink = Sink {
+                batch,
+                counts: &mut self.counts,
+                path: &input.path,
+                skip_invalid: self.options.skip_invalid,
+                wants_z: self.has_z,
+                padded: &mut opened.padded,
+            };
+            let full = opened.reader.fill(&mut sink);
+            let taken = opened.taken.load(Ordering::Relaxed);
+            // A reader that seeks may take some bytes twice, and need not take all.
+            let taken_of_size = input.size.map_or(taken, |size| size.min(taken));
+            self.counts.bytes_read = self.done_bytes + taken_of_size;
+            if full? {
+                input.opened = Some(opened);
+                self.inputs.push_front(input);
+                return Ok(());
+            }
+            self.done_bytes += input.size.unwrap_or(taken);
+            self.counts.bytes_read = self.done_bytes;
+            self.take_crs(&*opened.reader);
+            self.notes.extend(opened.reader.notes());
+            if opened.padded > 0 {
+                self.notes.push(format!(
+                    "{}: {} points without z got z = 0",
+                    input.path.display(),
+                    opened.padded
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// What was read so far.
+    #[must_use]
+    pub fn counts(&self) -> InputCounts {
+        self.counts
+    }
+
+    /// What a person should know about the inputs that are done, such as which columns were not read.
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// The sum of the file sizes; `None` if an input has none, as a pipe.
+    #[must_use]
+    pub fn total_bytes(&self) -> Option<u64> {
+        self.total_bytes
+    }
+
+    /// Bytes taken from the inputs so far, for progress: of compressed files the compressed ones.
+    #[must_use]
+    pub fn bytes_read(&self) -> u64 {
+        self.counts.bytes_read
+    }
+
+    /// Whether the batches have z: if any input has.
+    #[must_use]
+    pub fn has_z(&self) -> bool {
+        self.has_z
+    }
+
+    /// The coordinate reference system as the first input tells it that has one: WKT or `EPSG:…` from LAS, the name in
+    /// the former `crs` member of GeoJSON. Nothing is computed from it. It may be known only when that input is done.
+    #[must_use]
+    pub fn crs(&self) -> Option<&str> {
+        self.crs.as_deref()
+    }
+}
+
+impl fmt::Debug for PointSource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let inputs: Vec<&Path> = self.inputs.iter().map(|input| &*input.path).collect();
+        f.debug_struct("PointSource")
+            .field("inputs", &inputs)
+            .field("counts", &self.counts)
+            .field("has_z", &self.has_z)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Input {
+    /// Opens the file and starts its reader.
+    fn open(&mut self, options: &InputOptions) -> Result<Opened, InputError> {
+        let (file, size) = open_file(&self.path)?;
+        self.size = size;
+        let taken = Arc::new(AtomicU64::new(0));
+        if let (Some(Format::Las), Some(size)) = (self.format, size) {
+            let reader = las_reader(&self.path, Counted::new(file, taken.clone()), size, options)?;
+            return Ok(Opened {
+                reader,
+                taken,
+                padded: 0,
+            });
+        }
+        self.start(Box::new(Counted::new(file, taken.clone())), taken, options)
+    }
+
+    /// Starts the reader of a stream.
+    fn start(
+        &self,
+        stream: Box<dyn Read + Send>,
+        taken: Arc<AtomicU64>,
+        options: &InputOptions,
+    ) -> Result<Opened, InputError> {
+        // Of formats but raw numbers no file can begin as gzip does.
+        let by_magic = self.format != Some(Format::F64);
+        let input = ByteInput::new(self.path.clone(), stream, self.size, by_magic)?;
+        let format = self.format.unwrap_or_else(|| sniff(&input.head));
+        Ok(Opened {
+            reader: stream_reader(format, input, options)?,
+            taken,
+            padded: 0,
+        })
+    }
+}
+
+/// The format of a stream without a name.
+fn sniff(head: &[u8]) -> Format {
+    if head.starts_with(b"LASF") {
+        Format::Las
+    } else if head.trim_ascii_start().starts_with(b"{") {
+        Format::GeoJson
+    } else {
+        Format::Text
+    }
+}
+
+/// The reader of a format that is read as a stream.
+fn stream_reader(format: Format, input: ByteInput, options: &InputOptions) -> Result<Box<dyn Reader>, InputError> {
+    match format {
+        Format::F64 => Ok(Box::new(super::raw::Raw::new(input, options)?)),
+        Format::Node => Ok(Box::new(super::node::Node::new(input)?)),
+        #[cfg(feature = "text")]
+        Format::Text => Ok(Box::new(super::text::Text::new(input, options)?)),
+        #[cfg(feature = "geojson")]
+        Format::GeoJson => Ok(Box::new(super::geojson::GeoJson::new(input)?)),
+        #[cfg(feature = "las")]
+        Format::Las => Err(super::las::no_stream(&input.path)),
+        #[cfg(not(all(feature = "text", feature = "geojson", feature = "las")))]
+        absent => Err(missing(&input.path, absent)),
+    }
+}
+
+#[cfg(feature = "las")]
+use super::las::open as las_reader;
+
+#[cfg(not(feature = "las"))]
+fn las_reader(path: &Path, _: Counted<std::fs::File>, _: u64, _: &InputOptions) -> Result<Box<dyn Reader>, InputError> {
+    Err(missing(path, Format::Las))
+}
+
+#[cfg(not(all(feature = "text", feature = "geojson", feature = "las")))]
+fn missing(path: &Path, format: Format) -> InputError {
+    InputError::MissingFeature {
+        path: path.to_owned(),
+        what: format.to_string(),
+        feature: match format {
+            Format::Las => "las",
+            Format::GeoJson => "geojson",
+            _ => "text",
+        },
+    }
+}
