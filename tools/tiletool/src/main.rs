@@ -1,15 +1,60 @@
-//! The command line of delaunay-tiles.
-use clap::Parser;
+//! The command line of delaunay-tiles: one file per command.
 
+mod build;
+mod common;
+mod digest;
+mod export;
 mod generate;
+mod input_args;
+mod inspect;
+mod progress;
+mod verify;
 
-#[derive(Parser)]
-enum Cli {
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Delaunay triangulations larger than memory, kept as tiles in one file.
+#[derive(Parser, Debug)]
+#[command(name = "tiletool", version, max_term_width = 110, after_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLES: &str = "\
+Example:
+  tiletool build survey.laz -o survey.tiles
+  tiletool inspect survey.tiles --plot survey.png
+  tiletool verify --deep survey.tiles --against survey.laz
+
+Exit codes: 0 done, 1 failed, 2 wrong usage.";
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    Build(build::BuildArgs),
+    Inspect(inspect::InspectArgs),
+    Verify(verify::VerifyArgs),
+    Digest(digest::DigestArgs),
+    Export(export::ExportArgs),
     Generate(generate::GenerateArgs),
 }
 
-fn main() -> anyhow::Result<()> {
-    match Cli::parse() {
-        Cli::Generate(args) => generate::run(args),
+fn main() -> ExitCode {
+    let done = match Cli::parse().command {
+        Command::Build(args) => build::run(args),
+        Command::Inspect(args) => inspect::run(args),
+        Command::Verify(args) => verify::run(args),
+        Command::Digest(args) => digest::run(args),
+        Command::Export(args) => export::run(args),
+        Command::Generate(args) => generate::run(args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) if common::is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
     }
 }

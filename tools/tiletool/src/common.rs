@@ -1,0 +1,74 @@
+//! What several commands need.
+
+use std::future::Future;
+use std::io::{self, Write};
+use std::path::Path;
+
+use anyhow::Context;
+use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
+use serde::Serialize;
+
+/// Runs a command's asynchronous part.
+pub fn block_on<T>(future: impl Future<Output = anyhow::Result<T>>) -> anyhow::Result<T> {
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .build()
+        .context("cannot start the threads that do the I/O")?;
+    let done = runtime.block_on(future);
+    // Operations nobody waits for any more must not hold up the end.
+    runtime.shutdown_background();
+    done
+}
+
+/// Opens a tile file for a command that passes over it once or twice.
+pub async fn open(path: &Path) -> anyhow::Result<TileReader> {
+    let cache = Cache::new(64 << 20);
+    Ok(TileReader::open(path, OpenOptions::default().cache(&cache)).await?)
+}
+
+/// Prints an object as JSON, on one line.
+pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
+    let mut text = serde_json::to_string(value)?;
+    text.push('\n');
+    Ok(io::stdout().write_all(text.as_bytes())?)
+}
+
+/// Prints lines for people.
+pub fn print(text: &str) -> anyhow::Result<()> {
+    Ok(io::stdout().write_all(text.as_bytes())?)
+}
+
+/// Whether whoever read our output has gone away, which is no failure.
+pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    let io = error.root_cause().downcast_ref::<io::Error>();
+    io.is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+}
+
+/// A number with its thousands apart: `1 234 567`.
+pub fn thousands(number: u64) -> String {
+    let digits = number.to_string();
+    let first = digits.len() % 3;
+    let mut groups: Vec<&str> = Vec::new();
+    if first > 0 {
+        groups.push(&digits[..first]);
+    }
+    groups.extend((first..digits.len()).step_by(3).map(|at| &digits[at..at + 3]));
+    groups.join(" ")
+}
+
+/// Bytes for people: `1.5 MiB`.
+pub fn bytes(number: u64) -> String {
+    bytesize::ByteSize::b(number).display().iec().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thousands_are_apart() {
+        for (number, text) in [(0, "0"), (12, "12"), (999, "999"), (1000, "1 000"), (1_234_567, "1 234 567")] {
+            assert_eq!(thousands(number), text);
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! `tiletool digest`: what a triangulation is, whatever its tiles.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use delaunay_tiles::store::DigestSum;
+use serde::Serialize;
+
+use crate::common;
+
+/// Print a digest of the triangulation that does not depend on tile size, memory, threads or engine.
+///
+/// A line each for triangles, vertices, constraint edges and holes: name, count, and the sum modulo 2^128 of the XXH3
+/// hashes of their coordinates.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Example:\n  tiletool digest survey.tiles")]
+pub struct DigestArgs {
+    /// The tile file
+    file: PathBuf,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Sum {
+    count: u64,
+    digest: String,
+}
+
+#[derive(Serialize)]
+struct Output {
+    triangles: Sum,
+    vertices: Sum,
+    constraint_edges: Sum,
+    holes: Sum,
+}
+
+/// Prints the digest of a file.
+pub fn run(args: DigestArgs) -> anyhow::Result<()> {
+    let digest = common::block_on(async { Ok(common::open(&args.file).await?.digest().await?) })?;
+    if !args.json {
+        return common::print(&format!("{digest}\n"));
+    }
+    let sum = |DigestSum { count, sum }| Sum {
+        count,
+        digest: format!("{sum:032x}"),
+    };
+    common::print_json(&Output {
+        triangles: sum(digest.triangles),
+        vertices: sum(digest.vertices),
+        constraint_edges: sum(digest.constraint_edges),
+        holes: sum(digest.holes),
+    })
+}

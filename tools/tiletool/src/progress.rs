@@ -1,0 +1,74 @@
+//! The progress bar of a build: phase, tiles, points per second, time left. None when the output is no terminal.
+
+use std::io::IsTerminal;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use delaunay_tiles::build::{Phase, Progress};
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// A bar that follows a build until it is dropped.
+pub struct Bar {
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// Where the reading of the input stands: bytes so far, and all of them if that is known.
+pub type Bytes = Arc<dyn Fn() -> (u64, Option<u64>) + Send + Sync>;
+
+impl Bar {
+    /// Shows a bar on the standard error, if that is a terminal.
+    pub fn show(progress: Arc<Progress>, input: Bytes) -> Self {
+        let stop = Arc::new(AtomicBool::new(false));
+        let thread = std::io::stderr().is_terminal().then(|| {
+            let stop = Arc::clone(&stop);
+            thread::spawn(move || follow(&progress, &input, &stop))
+        });
+        Self { stop, thread }
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // A bar that broke is no reason to fail.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn follow(progress: &Progress, input: &Bytes, stop: &AtomicBool) {
+    let bar = ProgressBar::no_length();
+    let style = "{prefix:8} {wide_bar} {percent:>3}%  {msg}  {eta} left";
+    bar.set_style(ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let mut phase: Option<(Phase, Instant)> = None;
+    while !stop.load(Ordering::Relaxed) {
+        let (now, done, total) = progress.state();
+        let began = match phase {
+            Some((before, began)) if before == now => began,
+            _ => {
+                bar.reset();
+                phase = Some((now, Instant::now()));
+                Instant::now()
+            }
+        };
+        bar.set_prefix(now.name());
+        let (done, total) = if now == Phase::Read { input() } else { (done, Some(total)) };
+        match total {
+            Some(total) if total > 0 => bar.set_length(total),
+            _ => bar.unset_length(),
+        }
+        bar.set_position(done);
+        let rate = progress.points() as f64 / began.elapsed().as_secs_f64().max(1e-3);
+        let tiles = match now {
+            Phase::Conquer | Phase::Borders => format!("{done} of {} tiles, ", total.unwrap_or(0)),
+            _ => String::new(),
+        };
+        bar.set_message(format!("{tiles}{:.2} M points/s", rate / 1e6));
+        thread::sleep(Duration::from_millis(100));
+    }
+    bar.finish_and_clear();
+}

@@ -1,0 +1,103 @@
+//! `tiletool verify`: proves a tile file, and compares it with its input.
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use bytesize::ByteSize;
+use clap::Args;
+use delaunay_tiles::input::{PointBatch, PointSource};
+use serde::Serialize;
+
+use crate::common;
+use crate::input_args::InputArgs;
+
+/// Check a tile file: checksums and structure; with --deep, that it is the Delaunay triangulation; with --against,
+/// that it holds every point of its input.
+///
+/// The first thing that is wrong is named with its tile and triangle, and the exit code is 1.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Example:\n  tiletool verify --deep survey.tiles --against survey.laz")]
+pub struct VerifyArgs {
+    /// The tile file
+    file: PathBuf,
+    /// Prove the triangulation: orientation, stars, convex hull, agreement across tiles, empty circles
+    #[arg(long)]
+    deep: bool,
+    /// Look up every point of these inputs too, read with the same options as for the build
+    #[arg(long, value_name = "INPUT", num_args = 1..)]
+    against: Vec<PathBuf>,
+    /// Memory for the points of the inputs: the file is read once for each such part of them
+    #[arg(long, value_name = "SIZE", default_value = "512MiB")]
+    memory: ByteSize,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    input: InputArgs,
+}
+
+#[derive(Serialize)]
+struct Output {
+    ok: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<String>,
+    tiles: u64,
+    vertices: u64,
+    triangles: u64,
+    deep: bool,
+    edges: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    input_points: Option<u64>,
+}
+
+/// Checks a file.
+pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
+    let mut output = Output {
+        ok: false,
+        error: None,
+        tiles: 0,
+        vertices: 0,
+        triangles: 0,
+        deep: args.deep,
+        edges: 0,
+        input_points: None,
+    };
+    let done = common::block_on(check(&args, &mut output)).with_context(|| args.file.display().to_string());
+    output.ok = done.is_ok();
+    if args.json {
+        output.error = done.as_ref().err().map(|error| format!("{error:#}"));
+        common::print_json(&output)?;
+        return done;
+    }
+    done?;
+    let thousands = common::thousands;
+    let mut text = format!(
+        "{} vertices and {} triangles in {} tiles: checksums and structure are right\n",
+        thousands(output.vertices),
+        thousands(output.triangles),
+        thousands(output.tiles)
+    );
+    if output.deep {
+        text += &format!("It is the Delaunay triangulation: {} edges proven\n", thousands(output.edges));
+    }
+    if let Some(points) = output.input_points {
+        text += &format!("All {} points of the input are in it, and nothing else\n", thousands(points));
+    }
+    common::print(&text)
+}
+
+async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
+    let reader = common::open(&args.file).await?;
+    let report = reader.verify(args.deep).await?;
+    output.tiles = report.tiles;
+    output.vertices = report.vertices;
+    output.triangles = report.triangles;
+    output.edges = report.edges;
+    if !args.against.is_empty() {
+        let mut source = PointSource::open(&args.against, &args.input.options())?;
+        let next = |batch: &mut PointBatch| source.next_batch(batch);
+        let report = reader.verify_points(next, args.memory.as_u64()).await?;
+        output.input_points = Some(report.vertices);
+    }
+    Ok(())
+}
