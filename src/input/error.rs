@@ -19,6 +19,16 @@ pub enum Place {
     Point(u64),
 }
 
+impl Place {
+    /// The place before what is said about it.
+    fn prefix(self) -> String {
+        match self {
+            Self::File => String::new(),
+            place => format!("{place}: "),
+        }
+    }
+}
+
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -88,7 +98,7 @@ pub enum InputError {
         found: String,
     },
     /// The file's structure is broken: no record of its own is to blame, and none can be passed over.
-    #[error("{}: {place}: {problem}; {hint}", path.display())]
+    #[error("{}: {}{problem}; {hint}", path.display(), place.prefix())]
     Malformed {
         /// The file.
         path: PathBuf,

@@ -14,7 +14,7 @@
 //! (compared with what is left of the file), some 10 KiB per extra byte (limited by the record length); it indexes the
 //! table by chunk and panics behind its end, and it loops over chunks of no points (the table must have as many points as
 //! the header). Its arithmetic decoder can still divide by zero or index out of range on damaged data: there is
-//! no way to check these without decoding, so that such a panic is caught and becomes an error.
+//! no way to check these without decoding, so that such a panic is caught and becomes an error (where panics unwind).
 
 use super::las::{FileReader, Layout, Problem, trimmed};
 use ::las::raw::Vlr;

@@ -15,6 +15,7 @@ pub(super) const LONGEST: usize = 1 << 20;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Delimiter {
     /// This byte, once; blanks around fields do not count.
+    #[cfg_attr(not(feature = "text"), allow(dead_code, reason = "other formats have blanks only"))]
     Byte(u8),
     /// Runs of spaces and tabs.
     Blanks,
@@ -91,18 +92,21 @@ impl Lines {
     #[inline]
     pub fn next_row(&mut self, quotes: Option<Delimiter>) -> Result<Option<&[u8]>, InputError> {
         self.line = self.passed + 1;
+        // The part up to here is whole lines; no line end is before there.
         let mut scanned = 0;
+        let mut searched = 0;
         let mut quoting = Quoting::FieldStart;
         loop {
             let data = self.bytes.data();
-            match memchr(b'\n', &data[scanned..]) {
+            match memchr(b'\n', &data[searched..]) {
                 Some(n) => {
-                    let end = scanned + n;
+                    let end = searched + n;
                     self.passed += 1;
                     if let Some(delimiter) = quotes {
                         quoting = quoting.after_line(&data[..end], scanned, delimiter);
                     }
                     scanned = end + 1;
+                    searched = scanned;
                     if quoting == Quoting::Inside && scanned <= LONGEST {
                         continue;
                     }
@@ -113,11 +117,12 @@ impl Lines {
                     let row = &self.bytes.consume(scanned)[..end];
                     return Ok(Some(row.strip_suffix(b"\r").unwrap_or(row)));
                 }
-                // The part without a line end is looked at again when there is more of it: it is one line at most,
-                // and the buffer doubles.
                 None if data.len() > LONGEST => return Err(self.too_long()),
-                None if self.bytes.more()? => {}
                 None => {
+                    searched = data.len();
+                    if self.bytes.more()? {
+                        continue;
+                    }
                     let rest = self.bytes.data().len();
                     if rest == 0 {
                         return Ok(None);

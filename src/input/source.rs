@@ -91,16 +91,16 @@ impl PointSource {
     /// An input that does not exist, has no known format, or is broken at its beginning; options that are not possible.
     pub fn open(paths: &[PathBuf], options: &InputOptions) -> Result<Self, InputError> {
         let mut source = Self::new(options)?;
-        let mut standard_input = false;
+        let is_standard_input = |path: &&PathBuf| path.as_os_str() == "-";
+        if paths.iter().filter(is_standard_input).count() > 1 {
+            return Err(InputError::Option {
+                option: "an input",
+                value: "-".to_owned(),
+                expected: "standard input can be read only once".to_owned(),
+            });
+        }
         for path in paths {
-            if path.as_os_str() == "-" {
-                if std::mem::replace(&mut standard_input, true) {
-                    return Err(InputError::Option {
-                        option: "an input",
-                        value: "-".to_owned(),
-                        expected: "standard input can be read only once".to_owned(),
-                    });
-                }
+            if is_standard_input(&path) {
                 source.add_stream("standard input", Box::new(std::io::stdin()))?;
             } else {
                 source.add_file(path)?;

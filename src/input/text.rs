@@ -2,8 +2,8 @@
 //!
 //! In: bytes, of which the first lines tell the layout. Out: points. What is found out, and how:
 //!
-//! - **Delimiter**: the first of semicolon, tab and comma that each of the first rows has (outside quotes), else runs
-//!   of blanks.
+//! - **Delimiter**: the first of semicolon, tab and comma that at least half of the first rows have (outside quotes; tabs
+//!   more than half), else runs of blanks. Not all, so that a broken row there is found to be one.
 //! - **Header**: the first row is one if none of the fields that the coordinates would come from begins like a number.
 //!   The columns are then found by name, in the order of [`X`], [`Y`] and [`Z`], capitals notwithstanding.
 //! - **No header**: the first two columns are x and y. The third is z if it is the last one, or the file is an `.xyz`,
@@ -240,11 +240,15 @@ fn find_delimiter(lines: &mut Lines) -> Result<Delimiter, InputError> {
         }
     }
     lines.read_ahead()?;
-    let in_all = |delimiter: &Delimiter| {
-        let mut sample = lines.preview(*delimiter).take(SAMPLE).peekable();
-        sample.peek().is_some() && sample.all(|row| Fields::new(row, *delimiter).nth(1).is_some())
+    let in_most = |delimiter: &Delimiter| {
+        let sample = lines.preview(*delimiter).take(SAMPLE);
+        let having = sample.map(|row| Fields::new(row, *delimiter).nth(1).is_some());
+        let (with, without): (Vec<bool>, Vec<bool>) = having.partition(|&has| has);
+        // Tabs may be mere blanks.
+        let enough = without.len() + usize::from(*delimiter == Delimiter::Byte(b'\t'));
+        !with.is_empty() && with.len() >= enough
     };
-    let delimiter = [b';', b'\t', b','].map(Delimiter::Byte).into_iter().find(in_all);
+    let delimiter = [b';', b'\t', b','].map(Delimiter::Byte).into_iter().find(in_most);
     Ok(delimiter.unwrap_or(Delimiter::Blanks))
 }
 

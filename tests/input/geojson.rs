@@ -76,8 +76,10 @@ fn one_after_the_other() {
     let feature = r#"{"type":"Feature","properties":{},"geometry":{"type":"Point","coordinates":[1,2]}}"#;
     for between in ["\n", "\r\n", "", "\n\u{1e}"] {
         let text = [feature, feature, feature].join(between);
-        let read = file("a.geojsonl", text, &InputOptions::default()).unwrap();
+        let read = file("a.geojsonl", &text, &InputOptions::default()).unwrap();
         assert_eq!(read.records, [0, 1, 2]);
+        // A stream without a name is known by its brace.
+        assert_eq!(stream(&text, &InputOptions::default()).unwrap().points, read.points);
     }
 }
 

@@ -141,6 +141,23 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
 }
 
 /// A file of the repository's test data.
+#[cfg(any(feature = "geojson", feature = "las"))]
 fn data(path: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(path)
+}
+
+/// A file of the data that is too large, or not free, to be in the repository: `shared/data` beside it, if it is there.
+#[cfg(feature = "las")]
+fn shared(path: &str) -> Option<PathBuf> {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let mut places = root
+        .ancestors()
+        .skip(1)
+        .take(2)
+        .map(|place| place.join("shared/data").join(path));
+    let found = places.find(|place| place.exists());
+    if found.is_none() {
+        println!("skipped: {path} is not here");
+    }
+    found
 }

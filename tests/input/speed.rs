@@ -62,8 +62,8 @@ fn speed() {
         std::fs::write(&path, bytes).unwrap();
         measure(name, path, &default);
     }
-    let lidar = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data/lidar/autzen_trim.laz");
-    if lidar.exists() {
+    #[cfg(feature = "las")]
+    if let Some(lidar) = crate::shared("lidar/autzen_trim.laz") {
         measure("autzen_trim.laz", lidar, &default);
     }
 }
