@@ -37,7 +37,7 @@ use tokio::sync::{mpsc, oneshot};
 use crate::geometry::Rect;
 use crate::input::PointBatch;
 use crate::io::ThreadsFile;
-use crate::store::{Directory, Extent, Metadata, TileEntry, TileWriter};
+use crate::store::{Directory, Extent, Metadata, Source, TileEntry, TileWriter};
 
 pub use budget::peak_memory;
 pub use error::BuildError;
@@ -62,6 +62,8 @@ pub struct Builder {
     output: PathBuf,
     points: PointStore,
     has_z: bool,
+    sources: Vec<Source>,
+    crs: Option<String>,
     began: Instant,
 }
 
@@ -98,8 +100,16 @@ impl Builder {
             output,
             points: PointStore::default(),
             has_z: false,
+            sources: Vec::new(),
+            crs: None,
             began: Instant::now(),
         })
+    }
+
+    /// Notes where the points come from and in which coordinate reference system, as metadata.
+    pub fn describe(&mut self, sources: Vec<Source>, crs: Option<String>) {
+        self.sources = sources;
+        self.crs = crs;
     }
 
     /// Takes a batch of points.
@@ -179,8 +189,8 @@ impl Builder {
         let metadata = Metadata {
             points: count,
             has_z: self.has_z,
-            sources: self.options.sources.clone(),
-            crs: self.options.crs.clone(),
+            sources: self.sources,
+            crs: self.crs,
             tile_vertices: self.options.tile_vertices as u32,
             ..Metadata::default()
         };

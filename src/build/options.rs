@@ -8,7 +8,6 @@ use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 
 use super::budget;
 use crate::mesh::EngineKind;
-use crate::store::Source;
 
 /// How to build a tile file.
 #[derive(Clone, Debug)]
@@ -30,10 +29,6 @@ pub struct BuildOptions {
     pub force: bool,
     /// Where work files go; without it a folder beside the output.
     pub work_folder: Option<PathBuf>,
-    /// Where the points come from, as metadata.
-    pub sources: Vec<Source>,
-    /// Coordinate reference system, as metadata.
-    pub crs: Option<String>,
     /// How far the build is, for others to look at, and the way to stop it.
     pub progress: Arc<Progress>,
 }
@@ -56,8 +51,6 @@ impl Default for BuildOptions {
             duplicates: Duplicates::default(),
             force: false,
             work_folder: None,
-            sources: Vec::new(),
-            crs: None,
             progress: Arc::default(),
         }
     }

@@ -80,6 +80,8 @@ pub struct PointSource {
     total_bytes: Option<u64>,
     /// Bytes of the inputs that are done.
     done_bytes: u64,
+    /// Name and records of each input that is done.
+    done: Vec<(String, u64)>,
 }
 
 impl PointSource {
@@ -136,6 +138,7 @@ impl PointSource {
             crs: None,
             total_bytes: Some(0),
             done_bytes: 0,
+            done: Vec::new(),
         })
     }
 
@@ -226,6 +229,10 @@ impl PointSource {
             self.done_bytes += input.size.unwrap_or(taken);
             self.counts.bytes_read = self.done_bytes;
             self.take_crs(&*opened.reader);
+            let name = input.path.file_name().unwrap_or(input.path.as_os_str());
+            let before: u64 = self.done.iter().map(|(_, records)| records).sum();
+            self.done
+                .push((name.to_string_lossy().into_owned(), self.counts.records - before));
             self.notes.extend(opened.reader.notes());
             if opened.padded > 0 {
                 self.notes.push(format!(
@@ -242,6 +249,12 @@ impl PointSource {
     #[must_use]
     pub fn counts(&self) -> InputCounts {
         self.counts
+    }
+
+    /// The inputs that are done, in order: the name of each, without its folder, and how many records it had.
+    #[must_use]
+    pub fn sources(&self) -> &[(String, u64)] {
+        &self.done
     }
 
     /// What a person should know about the inputs that are done, such as which columns were not read.

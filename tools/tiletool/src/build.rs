@@ -1,0 +1,287 @@
+//! `tiletool build`: from files of points to a file of tiles.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread::available_parallelism;
+
+use bytesize::ByteSize;
+use clap::Args;
+use delaunay_tiles::build::{BuildOptions, BuildSummary, Builder, Duplicates, Progress};
+use delaunay_tiles::input::{InputCounts, PointBatch, PointSource};
+use delaunay_tiles::mesh::EngineKind;
+use delaunay_tiles::store::Source;
+use serde::Serialize;
+use tokio::sync::mpsc;
+
+use crate::common;
+use crate::input_args::InputArgs;
+use crate::progress::Bar;
+
+/// Triangulate points and write a tile file.
+///
+/// Points come from LAS and LAZ, text (.csv, .xyz, .txt, also .gz), raw little-endian f64 (.f64), Triangle's .node, and
+/// GeoJSON; several inputs make one set, and - is standard input. The file gets its name when it is complete.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Examples:
+  tiletool build survey.laz -o ground.tiles --class 2
+  zcat points.csv.gz | tiletool build - -o points.tiles --columns lon,lat,height")]
+pub struct BuildArgs {
+    /// The inputs, in order
+    #[arg(required = true, value_name = "INPUT")]
+    inputs: Vec<PathBuf>,
+    /// The tile file to write
+    #[arg(short, long, value_name = "FILE.tiles")]
+    output: PathBuf,
+    /// Memory to use, as 512MiB or 2GB; by default a quarter of what there is
+    #[arg(long, value_name = "SIZE")]
+    memory: Option<ByteSize>,
+    /// The most vertices of a tile
+    #[arg(long, value_name = "N", default_value_t = BuildOptions::default().tile_vertices)]
+    tile_vertices: usize,
+    /// Computing threads; by default one for each processor
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// The in-core engine; all give the same triangles
+    #[arg(long, value_name = "native|spade", default_value_t = EngineKind::default())]
+    engine: EngineKind,
+    /// Which of several points at one place to keep: first, lowest or highest; or error
+    #[arg(long, value_name = "RULE", default_value_t = Duplicates::First)]
+    duplicates: Duplicates,
+    /// A folder for work files; by default they lie beside the output
+    #[arg(long, value_name = "DIR")]
+    tmp: Option<PathBuf>,
+    /// Replace the output if it exists
+    #[arg(long)]
+    force: bool,
+    /// Print the summary as one JSON object
+    #[arg(long)]
+    json: bool,
+    /// Print nothing but errors
+    #[arg(long)]
+    quiet: bool,
+    #[command(flatten)]
+    input: InputArgs,
+}
+
+/// Batches that wait between the reader and the builder.
+const BATCHES_AHEAD: usize = 8;
+
+/// Builds a file.
+pub fn run(args: BuildArgs) -> anyhow::Result<()> {
+    let mut options = BuildOptions {
+        tile_vertices: args.tile_vertices,
+        engine: args.engine,
+        duplicates: args.duplicates,
+        force: args.force,
+        work_folder: args.tmp.clone(),
+        ..BuildOptions::default()
+    };
+    options.threads = args.threads.unwrap_or_else(|| available_parallelism().map_or(1, usize::from));
+    if let Some(memory) = args.memory {
+        options.memory = memory.as_u64();
+    }
+    let source = PointSource::open(&args.inputs, &args.input.options())?;
+    let progress = Arc::clone(&options.progress);
+    let (read, total) = (Arc::new(AtomicU64::new(0)), source.total_bytes());
+    let bar = (!args.quiet && !args.json).then(|| {
+        let read = Arc::clone(&read);
+        Bar::show(Arc::clone(&progress), Arc::new(move || (read.load(Ordering::Relaxed), total)))
+    });
+    let built = common::block_on(async move {
+        let interrupted = tokio::spawn(cancel_when_interrupted(progress));
+        let built = build(source, Builder::new(&args.output, options)?, read).await;
+        interrupted.abort();
+        Ok((built?, args))
+    });
+    drop(bar);
+    let ((summary, source), args) = built?;
+    for note in source.notes().iter().filter(|_| !args.quiet) {
+        eprintln!("note: {note}");
+    }
+    let counts = source.counts();
+    if args.json {
+        common::print_json(&Output::new(&summary, &counts, source.notes()))
+    } else if args.quiet {
+        Ok(())
+    } else {
+        common::print(&report(&args, &summary, &counts))
+    }
+}
+
+/// Reads the input on a thread of its own, ahead of the builder.
+async fn build(
+    mut source: PointSource,
+    mut builder: Builder,
+    read: Arc<AtomicU64>,
+) -> anyhow::Result<(BuildSummary, PointSource)> {
+    let (sender, mut batches) = mpsc::channel::<PointBatch>(BATCHES_AHEAD);
+    let reading = tokio::task::spawn_blocking(move || {
+        let mut batch = PointBatch::default();
+        while source.next_batch(&mut batch)? {
+            read.store(source.bytes_read(), Ordering::Relaxed);
+            if sender.blocking_send(std::mem::take(&mut batch)).is_err() {
+                break;
+            }
+        }
+        anyhow::Ok(source)
+    });
+    while let Some(batch) = batches.recv().await {
+        builder.push(&batch).await?;
+    }
+    let source = reading.await??;
+    let sources = source.sources().iter().map(|(name, records)| Source {
+        name: name.clone(),
+        records: *records,
+    });
+    builder.describe(sources.collect(), source.crs().map(str::to_owned));
+    Ok((builder.finish().await?, source))
+}
+
+async fn cancel_when_interrupted(progress: Arc<Progress>) {
+    if tokio::signal::ctrl_c().await.is_ok() {
+        progress.cancel();
+    }
+}
+
+/// The keys of `--json`, which are stable.
+#[derive(Serialize)]
+struct Output<'a> {
+    records: u64,
+    points: u64,
+    withheld: u64,
+    filtered: u64,
+    invalid: u64,
+    duplicates: u64,
+    vertices: u64,
+    triangles: u64,
+    border_triangles: u64,
+    hull_edges: u64,
+    tiles: u64,
+    input_bytes: u64,
+    file_bytes: u64,
+    bytes_per_vertex: f64,
+    seconds: f64,
+    peak_memory_bytes: Option<u64>,
+    phases: Vec<PhaseOutput>,
+    levels: Vec<LevelOutput>,
+    notes: &'a [String],
+}
+
+#[derive(Serialize)]
+struct PhaseOutput {
+    name: &'static str,
+    seconds: f64,
+    bytes_read: u64,
+    bytes_written: u64,
+}
+
+#[derive(Serialize)]
+struct LevelOutput {
+    level: usize,
+    nodes: u64,
+    vertices: u64,
+    settled_triangles: u64,
+    seam_vertices: u64,
+    seam_share: f64,
+}
+
+impl<'a> Output<'a> {
+    fn new(summary: &BuildSummary, counts: &InputCounts, notes: &'a [String]) -> Self {
+        let phases = summary.phases.iter().map(|phase| PhaseOutput {
+            name: phase.phase.name(),
+            seconds: phase.time.as_secs_f64(),
+            bytes_read: if phase.phase == delaunay_tiles::build::Phase::Read { counts.bytes_read } else { 0 },
+            bytes_written: phase.bytes_written,
+        });
+        let levels = summary.levels.iter().zip(0..).map(|(level, number)| LevelOutput {
+            level: number,
+            nodes: level.nodes,
+            vertices: level.vertices,
+            settled_triangles: level.settled,
+            seam_vertices: level.seam_vertices,
+            seam_share: share(level.seam_vertices, summary.vertices),
+        });
+        Self {
+            records: counts.records,
+            points: summary.points,
+            withheld: counts.withheld,
+            filtered: counts.filtered,
+            invalid: counts.invalid,
+            duplicates: summary.duplicates,
+            vertices: summary.vertices,
+            triangles: summary.triangles,
+            border_triangles: summary.border_triangles,
+            hull_edges: summary.hull_edges,
+            tiles: summary.tiles,
+            input_bytes: counts.bytes_read,
+            file_bytes: summary.file_bytes,
+            bytes_per_vertex: share(summary.file_bytes, summary.vertices),
+            seconds: seconds(summary),
+            peak_memory_bytes: summary.peak_memory,
+            phases: phases.collect(),
+            levels: levels.collect(),
+            notes,
+        }
+    }
+}
+
+fn seconds(summary: &BuildSummary) -> f64 {
+    summary.phases.iter().map(|phase| phase.time.as_secs_f64()).sum()
+}
+
+/// A quotient that is 0 where there is nothing to divide by.
+fn share(part: u64, whole: u64) -> f64 {
+    if whole == 0 { 0.0 } else { part as f64 / whole as f64 }
+}
+
+fn report(args: &BuildArgs, summary: &BuildSummary, counts: &InputCounts) -> String {
+    let thousands = common::thousands;
+    let mut text = format!(
+        "{}: {} vertices, {} triangles, {} hull edges in {} tiles\n",
+        args.output.display(),
+        thousands(summary.vertices),
+        thousands(summary.triangles),
+        thousands(summary.hull_edges),
+        thousands(summary.tiles)
+    );
+    let mut left_out = format!("{} points", thousands(summary.points));
+    for (count, what) in [
+        (summary.duplicates, "merged with others at the same place"),
+        (counts.withheld, "withheld"),
+        (counts.filtered, "not of the classes or returns asked for"),
+        (counts.invalid, "invalid"),
+    ] {
+        if count > 0 {
+            left_out += &format!(", {} {what}", thousands(count));
+        }
+    }
+    text += &format!("  input   {left_out}; {}\n", common::bytes(counts.bytes_read));
+    text += &format!(
+        "  output  {}, {:.1} bytes per vertex\n",
+        common::bytes(summary.file_bytes),
+        share(summary.file_bytes, summary.vertices)
+    );
+    let phases = summary
+        .phases
+        .iter()
+        .map(|p| format!("{} {:.2} s", p.phase.name(), p.time.as_secs_f64()));
+    text += &format!(
+        "  time    {:.2} s: {}\n",
+        seconds(summary),
+        phases.collect::<Vec<_>>().join(", ")
+    );
+    let levels = summary
+        .levels
+        .iter()
+        .filter(|level| level.seam_vertices > 0)
+        .map(|level| format!("{:.2} %", 100.0 * share(level.seam_vertices, summary.vertices)));
+    let levels: Vec<_> = levels.collect();
+    if !levels.is_empty() {
+        text += &format!("  seams   {} of the vertices, from the leaves up\n", levels.join(", "));
+    }
+    if let Some(peak) = summary.peak_memory {
+        text += &format!("  memory  {} at the peak\n", common::bytes(peak));
+    }
+    text
+}
