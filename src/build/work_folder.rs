@@ -22,7 +22,11 @@ impl WorkFolder {
     /// Makes the folder, or takes over one that a dead build left, after emptying it.
     pub(super) fn create(output: &Path, force: bool) -> Result<Self, BuildError> {
         if output.is_dir() || output.file_name().is_none() {
-            return Err(BuildError::io(output, "write a file under this name", io::ErrorKind::IsADirectory.into()));
+            return Err(BuildError::io(
+                output,
+                "write a file under this name",
+                io::ErrorKind::IsADirectory.into(),
+            ));
         }
         if !force && output.exists() {
             return Err(BuildError::OutputExists(output.to_owned()));
@@ -50,7 +54,8 @@ impl WorkFolder {
             path,
             _lock: lock,
         };
-        this.empty().map_err(|e| BuildError::io(&this.path, "empty the work folder", e))?;
+        this.empty()
+            .map_err(|e| BuildError::io(&this.path, "empty the work folder", e))?;
         Ok(this)
     }
 
@@ -62,6 +67,11 @@ impl WorkFolder {
             }
         }
         Ok(())
+    }
+
+    /// The folder.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
     }
 
     /// Where the file is completed.

@@ -193,7 +193,11 @@ impl Directory {
             check_crc("a page of the directory", page, extent.crc())?;
             let page: schema::Page<'_> = verified(page, "a page of the directory")?;
             if page.first_tile() as usize != tiles.len() {
-                return Err(format!("a page starts at tile {}, not {}", page.first_tile(), tiles.len()));
+                return Err(format!(
+                    "a page starts at tile {}, not {}",
+                    page.first_tile(),
+                    tiles.len()
+                ));
             }
             for entry in page.entries() {
                 let tile = TileId(tiles.len() as u32);
@@ -274,7 +278,10 @@ fn encode_entry(entry: &TileEntry) -> schema::TileEntry {
 
 fn decode_entry(entry: &schema::TileEntry, superblock: &Superblock) -> Result<TileEntry, String> {
     if entry.codec() != 0 {
-        return Err(format!("it is stored with codec {}, which this program does not know", entry.codec()));
+        return Err(format!(
+            "it is stored with codec {}, which this program does not know",
+            entry.codec()
+        ));
     }
     for (offset, length) in [
         (entry.core_offset(), entry.core_length()),

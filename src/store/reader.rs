@@ -145,7 +145,12 @@ impl TileReader {
         let directory = Directory::decode(&bytes, &superblock)
             .map_err(|reason| invalid(format!("its directory is damaged: {reason}")))?;
         let cache = options.cache.unwrap_or_else(|| Cache::new(DEFAULT_CACHE));
-        tracing::debug!(file = &*name, backend = source.backend(), tiles = directory.tiles.len(), "opened");
+        tracing::debug!(
+            file = &*name,
+            backend = source.backend(),
+            tiles = directory.tiles.len(),
+            "opened"
+        );
         Ok(Self {
             inner: Arc::new(Inner {
                 name,

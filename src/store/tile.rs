@@ -116,7 +116,11 @@ impl Tile {
         let core_sides = 3 * core as u64;
         let sides = core_sides + 3 * border as u64;
         let below = |what: &str, values: &Packed, limit: u64, marks: u64| {
-            let first_mark = if marks == 0 { u64::MAX } else { values.largest() - (marks - 1) };
+            let first_mark = if marks == 0 {
+                u64::MAX
+            } else {
+                values.largest() - (marks - 1)
+            };
             match values.iter().find(|&v| v >= limit && v < first_mark) {
                 Some(value) => Err(format!("{what} {value} is beyond {limit}")),
                 None => Ok(()),

@@ -125,7 +125,12 @@ impl TileReader {
     /// Checks what no tile can tell alone.
     async fn verify_whole(&self, totals: &Totals) -> Result<(), VerifyError> {
         let metadata = &self.directory().metadata;
-        let mut pairs: Vec<_> = totals.shared.iter().filter(|(_, sum)| **sum != 0).map(|(p, _)| *p).collect();
+        let mut pairs: Vec<_> = totals
+            .shared
+            .iter()
+            .filter(|(_, sum)| **sum != 0)
+            .map(|(p, _)| *p)
+            .collect();
         pairs.sort_unstable();
         if let Some(&(owner, other)) = pairs.first() {
             return Err(self.find_difference(owner, other).await?);
@@ -180,14 +185,28 @@ impl TileReader {
         };
         let (of_owner, of_other) = (keys(&owning), keys(&sharing));
         let lacking = |from: &HashMap<u128, u32>, to: &HashMap<u128, u32>| {
-            from.iter().filter(|(key, _)| !to.contains_key(key)).map(|(_, &t)| t).min()
+            from.iter()
+                .filter(|(key, _)| !to.contains_key(key))
+                .map(|(_, &t)| t)
+                .min()
         };
         let fault = if let Some(triangle) = lacking(&of_owner, &of_other) {
-            Fault::at(triangle, format!("tile {other} shares the triangle, but does not have it")).of(owner)
+            Fault::at(
+                triangle,
+                format!("tile {other} shares the triangle, but does not have it"),
+            )
+            .of(owner)
         } else if let Some(triangle) = lacking(&of_other, &of_owner) {
-            Fault::at(triangle, format!("tile {owner} owns the triangle, but does not have it")).of(other)
+            Fault::at(
+                triangle,
+                format!("tile {owner} owns the triangle, but does not have it"),
+            )
+            .of(other)
         } else {
-            Fault::new(format!("it has another number of triangles in common than tile {other}")).of(owner)
+            Fault::new(format!(
+                "it has another number of triangles in common than tile {other}"
+            ))
+            .of(owner)
         };
         Ok(fault)
     }
@@ -226,7 +245,10 @@ impl Totals {
             ));
         }
         if report.bounds != entry.bounds {
-            return wrong(format!("its bounds are {:?}, and its entry says {:?}", report.bounds, entry.bounds));
+            return wrong(format!(
+                "its bounds are {:?}, and its entry says {:?}",
+                report.bounds, entry.bounds
+            ));
         }
         if report.has_z != directory.metadata.has_z {
             return wrong("it differs from the file in whether it has z".to_owned());
