@@ -21,7 +21,7 @@ const DEFAULT_CACHE: usize = 64 << 20;
 #[non_exhaustive]
 pub enum ReadError {
     /// The system refused.
-    #[error("{file}: cannot read {what}: {source}")]
+    #[error("{file}: cannot read {what}")]
     Io {
         /// The file.
         file: Arc<str>,

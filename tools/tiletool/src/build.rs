@@ -7,7 +7,7 @@ use std::thread::available_parallelism;
 
 use bytesize::ByteSize;
 use clap::Args;
-use delaunay_tiles::build::{BuildOptions, BuildSummary, Builder, Duplicates, Phase, Progress};
+use delaunay_tiles::build::{BuildOptions, BuildSummary, Builder, Duplicates, Phase};
 use delaunay_tiles::input::{InputCounts, PointBatch, PointSource};
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::Source;
@@ -94,10 +94,16 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
         )
     });
     let built = common::block_on(async move {
-        let interrupted = tokio::spawn(cancel_when_interrupted(progress));
-        let built = build(source, Builder::new(&args.output, options)?, read).await;
-        interrupted.abort();
-        Ok((built?, args))
+        let builder = Builder::new(&args.output, options)?;
+        // Whichever comes first; dropping a build that is under way removes its work folder.
+        let built = tokio::select! {
+            built = build(source, builder, read) => built?,
+            _ = tokio::signal::ctrl_c() => {
+                progress.cancel();
+                anyhow::bail!("interrupted; {} was not written", args.output.display());
+            }
+        };
+        Ok((built, args))
     });
     drop(bar);
     let ((summary, source), args) = built?;
@@ -141,12 +147,6 @@ async fn build(
     });
     builder.describe(sources.collect(), source.crs().map(str::to_owned));
     Ok((builder.finish().await?, source))
-}
-
-async fn cancel_when_interrupted(progress: Arc<Progress>) {
-    if tokio::signal::ctrl_c().await.is_ok() {
-        progress.cancel();
-    }
 }
 
 /// The keys of `--json`, which are stable.
