@@ -76,13 +76,9 @@ enum Axis {
 /// The divide-and-conquer engine, with the memory that it keeps between calls.
 #[derive(Default)]
 pub(super) struct DivideConquer {
-    /// The points, as they are cut, with their index in the caller's array.
+    /// The points in the order of the cuts, with their index in the caller's array; vertices are positions in it.
     keyed: Vec<(Point, u32)>,
-    /// The points in the order of the cuts; vertices are positions in it.
-    points: Vec<Point>,
     triangles: Vec<Tri>,
-    /// For each triangle its number in the result, [`NONE`] for ghosts.
-    renumbered: Vec<u32>,
 }
 
 impl Engine for DivideConquer {
@@ -94,8 +90,6 @@ impl Engine for DivideConquer {
         }
         self.keyed.clear();
         self.keyed.extend(points.iter().zip(0u32..).map(|(&p, i)| (p, i)));
-        self.points.clear();
-        self.points.reserve(points.len());
         self.triangles.clear();
         self.triangles.reserve(2 * points.len());
         let hull = self.conquer(0, points.len(), Rect::around(points.iter().copied()));
@@ -141,7 +135,6 @@ impl DivideConquer {
             order(1, 2);
             order(0, 1);
         }
-        self.points.extend(part.iter().map(|k| k.0));
         if to - from == 2 {
             self.edge(from as u32)
         } else {
@@ -376,40 +369,66 @@ impl DivideConquer {
 
     /// Writes the triangles that are no ghosts, in the caller's indices.
     fn emit(&mut self, points: &[Point], hull: Hull, mesh: &mut Triangulation) {
-        mesh.clear();
-        self.renumbered.clear();
-        let mut count = 0;
-        for triangle in &self.triangles {
-            let ghost = triangle.corners.contains(&GHOST);
-            self.renumbered.push(if ghost { NONE } else { count });
-            count += u32::from(!ghost);
-        }
-        if count == 0 {
-            mesh.set_collinear(points);
-            return;
-        }
-        mesh.triangles.reserve(count as usize);
-        mesh.neighbours.reserve(count as usize);
-        for triangle in self.triangles.iter().filter(|t| !t.corners.contains(&GHOST)) {
-            mesh.triangles.push(triangle.corners.map(|v| self.keyed[v as usize].1));
-            mesh.neighbours
-                .push(triangle.twins.map(|twin| match self.renumbered[twin.triangle()] {
-                    NONE => NONE,
-                    number => 3 * number + twin.corner() as u32,
-                }));
-        }
         let mut ghost = hull.min;
+        mesh.clear();
         loop {
             mesh.hull.push(self.keyed[self.dest(ghost) as usize].1);
             ghost = self.hull_next(ghost);
             if ghost == hull.min {
-                return;
+                break;
+            }
+        }
+        self.drop_ghosts(hull.min);
+        if self.triangles.is_empty() {
+            mesh.set_collinear(points);
+            return;
+        }
+        mesh.triangles.extend(
+            self.triangles
+                .iter()
+                .map(|t| t.corners.map(|v| self.keyed[v as usize].1)),
+        );
+        mesh.neighbours.extend(self.triangles.iter().map(|t| {
+            t.twins.map(|twin| match twin {
+                Side::UNSET => NONE,
+                twin => 3 * twin.triangle() as u32 + twin.corner() as u32,
+            })
+        }));
+    }
+
+    /// Removes the ghosts, whose ring `ghost` is of; triangles from the end fill their places.
+    fn drop_ghosts(&mut self, ghost: Side) {
+        let mut ghosts = Vec::new();
+        let mut at = ghost;
+        loop {
+            let inner = self.twin(at);
+            // Where a chain has no triangle on either side, its other ghost is unlinked already.
+            if inner != Side::UNSET {
+                self.triangles[inner.triangle()].twins[inner.corner()] = Side::UNSET;
+            }
+            ghosts.push(at.triangle());
+            at = self.hull_next(at);
+            if at == ghost {
+                break;
+            }
+        }
+        // From the last to the first, so that what fills a place is no ghost itself.
+        ghosts.sort_unstable();
+        for &place in ghosts.iter().rev() {
+            self.triangles.swap_remove(place);
+            let Some(moved) = self.triangles.get(place).copied() else {
+                continue;
+            };
+            for (corner, twin) in (0..3).zip(moved.twins) {
+                if twin != Side::UNSET {
+                    self.triangles[twin.triangle()].twins[twin.corner()] = Side::new(place as u32, corner);
+                }
             }
         }
     }
 
     fn point(&self, vertex: u32) -> Point {
-        self.points[vertex as usize]
+        self.keyed[vertex as usize].0
     }
 
     fn is_above(&self, l: Point, r: Point, vertex: u32) -> bool {
