@@ -181,14 +181,16 @@ mod tests {
             for (leaf, tile) in division.leaves.iter().zip(0..) {
                 let leaf = &items[leaf.clone()];
                 prop_assert!(!leaf.is_empty());
-                prop_assert!(leaf.len() <= tile_vertices || leaf.iter().all(|i| i.point == leaf[0].point));
+                let first = leaf[0].point;
+                let equal = leaf.iter().map(|item| item.point).all(|p| p == first);
+                prop_assert!(leaf.len() <= tile_vertices || equal);
                 for item in leaf {
                     prop_assert_eq!(division.tree.tile_at(item.point), Some(TileId(tile)));
                 }
             }
             let mut positions: Vec<_> = items.iter().map(|item| item.position).collect();
             positions.sort_unstable();
-            prop_assert_eq!(positions, (0..points.len() as u64).collect::<Vec<_>>());
+            prop_assert_eq!(positions, (0..points.len() as u32).collect::<Vec<_>>());
         }
     }
 }

@@ -73,6 +73,9 @@ pub enum BuildError {
         /// Bytes allowed.
         budget: u64,
     },
+    /// There are more points than a build numbers.
+    #[error("there are more than {0} points, the most that a build takes")]
+    TooManyPoints(usize),
     /// There would be more tiles than a directory holds.
     #[error("there would be {tiles} tiles, and a file holds {max}; use larger tiles")]
     TooManyTiles {

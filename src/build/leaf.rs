@@ -165,7 +165,7 @@ fn merge_duplicates(items: &[Item], attributes: &Attributes, rule: Duplicates) -
                     kept.push(*item);
                     break;
                 }
-                found if kept[found as usize].point == item.point => {
+                found if { kept[found as usize].point } == { item.point } => {
                     let known = &mut kept[found as usize];
                     if rule == Duplicates::Error {
                         let mut records = [known.position, item.position].map(|p| attributes.record(p));

@@ -125,6 +125,9 @@ impl Builder {
         if let Some((&point, &record)) = invalid {
             return Err(BuildError::InvalidPoint { record, point });
         }
+        if batch.points.len() > PointStore::MAX_POINTS - self.points.items.len() {
+            return Err(BuildError::TooManyPoints(PointStore::MAX_POINTS));
+        }
         self.has_z |= !batch.z.is_empty();
         self.points.push(batch);
         self.check_memory()?;
@@ -165,7 +168,7 @@ impl Builder {
         let file = ThreadsFile::create(&path).map_err(cannot("make the file"))?;
         let mut writer = TileWriter::new(file);
         let count = self.points.items.len() as u64;
-        let (sender, mut extents) = mpsc::channel(2 * self.options.threads);
+        let (sender, mut extents) = mpsc::channel(self.options.threads);
         let (reply, computed) = oneshot::channel();
         let (points, options) = (self.points, Arc::clone(&self.options));
         let spill_folder = options

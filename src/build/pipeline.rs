@@ -87,7 +87,7 @@ pub(super) fn run(
     start(Phase::Conquer, tiles as u64);
     let log = BorderLog::create(folder, tiles as u32, options.tile_vertices).map_err(spilling)?;
     let conquest = Conquest::new(&division, &points, options, log);
-    let window = 4 * options.threads as u32;
+    let window = 2 * options.threads as u32;
     let cores = Ordered::new(window, |_, core| {
         sender.blocking_send(Extent::Core(core)).map_err(|_| Closed)
     });
@@ -270,7 +270,7 @@ fn write_borders(
     spilling: impl Fn(io::Error) -> BuildError,
 ) -> Result<(), BuildError> {
     let progress = &options.progress;
-    let borders = Ordered::new(4 * options.threads as u32, |_, border| {
+    let borders = Ordered::new(2 * options.threads as u32, |_, border| {
         sender.blocking_send(Extent::Border(border)).map_err(|_| Closed)
     });
     for number in 0..log.bucket_count() {
