@@ -13,7 +13,7 @@ const INK: &str = "#23313d";
 const GREY: &str = "#66727c";
 const PAPER: &str = "#fcfbf8";
 const EDGE: &str = "#5f7f99";
-const EDGE_THINNED: &str = "#9fb4c4";
+const EDGE_THINNED: &str = "#93abbd";
 const HULL: &str = "#1f4e6f";
 const BORDER: &str = "#f5dfb8";
 const CELL: &str = "#c8452f";
@@ -113,37 +113,27 @@ fn draw_mesh(svg: &mut Svg, scene: &Scene, page: &Page) -> Vec<Entry> {
     let (width, height) = scene.bounds.size();
     let area = page.length(width) * page.length(height);
     let spacing = (area / pixels.len().max(1) as f64).sqrt();
-    if !scene.edges.is_empty() || !scene.outline.is_empty() {
-        let (colour, width, text) = if scene.thinned {
-            (EDGE_THINNED, (0.05 * spacing).clamp(0.4, 0.8), "edges, thinned")
-        } else {
-            (EDGE, (0.045 * spacing).clamp(0.4, 1.1), "edges")
-        };
-        let mut path = Path::default();
-        path.trails(&pixels, &scene.edges);
-        svg.path(&path, &stroke(colour, width));
-        legend.push(Entry {
-            sign: Sign::Line(colour, width.max(0.9)),
-            text,
-        });
-        let mut path = Path::default();
-        path.trails(&pixels, &scene.outline);
-        svg.path(&path, &stroke(HULL, 1.8));
-        if !scene.outline.is_empty() {
-            legend.push(Entry {
-                sign: Sign::Line(HULL, 1.8),
-                text: "hull",
-            });
+    let (colour, width, text) = if scene.thinned {
+        (EDGE_THINNED, (0.05 * spacing).clamp(0.5, 0.8), "edges, thinned")
+    } else {
+        (EDGE, (0.045 * spacing).clamp(0.4, 1.1), "edges")
+    };
+    for (edges, colour, width, text) in [(&scene.edges, colour, width, text), (&scene.outline, HULL, 1.8, "hull")] {
+        if !edges.is_empty() {
+            let mut path = Path::default();
+            path.trails(&pixels, edges);
+            svg.path(&path, &stroke(colour, width));
+            let sign = Sign::Line(colour, width.max(0.9));
+            legend.push(Entry { sign, text });
         }
     }
     if pixels.len() <= DOTS || scene.triangles == 0 {
         let mut path = Path::default();
-        let radius = if pixels.len() <= DOTS {
-            (0.06 * spacing).clamp(1.4, 3.5)
-        } else {
-            1.0
+        let radius = match pixels.len() {
+            ..=100 => 3.5,
+            ..=DOTS => (0.06 * spacing).clamp(1.4, 3.5),
+            _ => 1.0,
         };
-        let radius = if pixels.len() <= 100 { 3.5 } else { radius };
         for &pixel in &pixels {
             path.disc(pixel, radius);
         }

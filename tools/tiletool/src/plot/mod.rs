@@ -63,18 +63,16 @@ pub struct Plotted {
 impl Plotted {
     /// A line for people.
     pub fn report(&self) -> String {
-        let (what, n) = if self.thinned {
-            ("thinned to", self.vertices)
-        } else {
-            ("all", self.vertices)
+        let drawn = match (self.thinned, self.vertices) {
+            (true, n) => format!("thinned to {} vertices", thousands(n)),
+            (false, 1) => "whole, 1 vertex".to_owned(),
+            (false, n) => format!("whole, {} vertices", thousands(n)),
         };
+        let (width, height) = (self.width, self.height);
         format!(
-            "{}: {} x {} pixels, {}, {what} {} vertices\n",
+            "{}: {width} x {height} pixels, {}, {drawn}\n",
             self.file,
-            self.width,
-            self.height,
-            bytes(self.bytes),
-            thousands(n)
+            bytes(self.bytes)
         )
     }
 }
