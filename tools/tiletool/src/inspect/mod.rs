@@ -34,7 +34,7 @@ pub struct InspectArgs {
     /// Print one JSON object: the summary, and with it what --tiles, --tile and --plot ask for
     #[arg(long)]
     json: bool,
-    /// Print a row for each tile in place of the summary
+    /// Print a row for each tile in place of the summary; core, border and owned are numbers of triangles
     #[arg(long)]
     tiles: bool,
     /// Print one tile in full, with its vertices and triangles, in place of the summary

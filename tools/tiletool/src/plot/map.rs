@@ -131,7 +131,7 @@ fn draw_mesh(svg: &mut Svg, scene: &Scene, page: &Page) -> Vec<Entry> {
         let mut path = Path::default();
         let radius = match pixels.len() {
             ..=100 => 3.5,
-            ..=DOTS => (0.06 * spacing).clamp(1.4, 3.5),
+            101..=DOTS => (0.06 * spacing).clamp(1.4, 3.5),
             _ => 1.0,
         };
         for &pixel in &pixels {
