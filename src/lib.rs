@@ -1,6 +1,7 @@
 //! Delaunay triangulations larger than memory, kept as tiles in one file.
 
 pub mod build;
+pub mod export;
 pub mod geometry;
 pub mod input;
 pub mod io;
