@@ -23,6 +23,9 @@ mod output;
 mod ply;
 mod text;
 
+#[cfg(test)]
+mod tests;
+
 use std::io::{self, Write};
 
 use crate::store::{ReadError, TileReader};
