@@ -5,8 +5,8 @@ use super::*;
 use crate::geometry::{Point, Rect};
 use crate::io::MemoryFile;
 use crate::store::{
-    BorderDraft, CoreDraft, Directory, HULL, KdNode, KdTree, Metadata, OpenOptions, Source, TileEntry, TileId, TileWriter,
-    VertexId,
+    BorderDraft, CoreDraft, Directory, HULL, KdNode, KdTree, Metadata, OpenOptions, Source, TileEntry, TileId,
+    TileWriter, VertexId,
 };
 
 /// Two tiles and one triangle across them: vertices 0:0 and 0:1, and 1:0. Each test makes a piece of it wrong.
@@ -83,11 +83,17 @@ impl Draft {
             sources: sources.collect(),
             ..Metadata::default()
         };
-        let nodes = vec![KdNode::X { cut: 1.0, right: 2 }, KdNode::Leaf(TileId(0)), KdNode::Leaf(TileId(1))];
+        let nodes = vec![
+            KdNode::X { cut: 1.0, right: 2 },
+            KdNode::Leaf(TileId(0)),
+            KdNode::Leaf(TileId(1)),
+        ];
         let tree = KdTree::new(nodes).unwrap();
         let directory = Directory { metadata, tree, tiles };
         writer.finish(&directory).await.unwrap();
-        TileReader::open_source(file, "test", OpenOptions::default()).await.unwrap()
+        TileReader::open_source(file, "test", OpenOptions::default())
+            .await
+            .unwrap()
     }
 
     async fn export(self, format: Format) -> Result<Exported<Vec<u8>>, ExportError> {
@@ -105,11 +111,17 @@ impl Draft {
 async fn without_damage() {
     let obj = Draft::default().export(Format::Obj).await.unwrap();
     let obj = String::from_utf8(obj.outputs.into_iter().next().unwrap()).unwrap();
-    assert!(obj.ends_with("v 0.0 0.0 5.0\nv 1.0 0.0 6.0\nv 2.0 1.0 7.0\nf 1 2 3\n"), "{obj}");
+    assert!(
+        obj.ends_with("v 0.0 0.0 5.0\nv 1.0 0.0 6.0\nv 2.0 1.0 7.0\nf 1 2 3\n"),
+        "{obj}"
+    );
     for format in Format::ALL {
         let exported = Draft::default().export(format).await.unwrap();
         let bytes = exported.outputs.iter().map(Vec::len).sum::<usize>();
-        assert_eq!((exported.vertices, exported.triangles, exported.bytes), (3, 1, bytes as u64));
+        assert_eq!(
+            (exported.vertices, exported.triangles, exported.bytes),
+            (3, 1, bytes as u64)
+        );
     }
 }
 
@@ -118,7 +130,10 @@ async fn foreign_vertices_that_no_tile_has() {
     for format in Format::ALL {
         for (foreign, says) in [
             (vertex(2, 0), "vertex 2:0, but the file has 2 tiles"),
-            (vertex(u32::MAX, u32::MAX), "vertex 4294967295:4294967295, but the file has 2 tiles"),
+            (
+                vertex(u32::MAX, u32::MAX),
+                "vertex 4294967295:4294967295, but the file has 2 tiles",
+            ),
             (vertex(1, 1), "vertex 1:1, but tile 1 has 1 vertices"),
         ] {
             let draft = Draft {

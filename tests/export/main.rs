@@ -31,8 +31,12 @@ async fn content(reader: &TileReader) -> Parsed {
     while let Some(tile) = tiles.next().await {
         let tile = tile.unwrap();
         content.points.extend(tile.points());
-        content.z.extend((0..tile.vertex_count()).filter_map(|vertex| tile.z(vertex)));
-        content.records.extend((0..tile.vertex_count()).map(|vertex| tile.record(vertex)));
+        content
+            .z
+            .extend((0..tile.vertex_count()).filter_map(|vertex| tile.z(vertex)));
+        content
+            .records
+            .extend((0..tile.vertex_count()).map(|vertex| tile.record(vertex)));
     }
     content
 }
@@ -47,7 +51,10 @@ async fn exported(reader: &TileReader, format: Format) -> Exported<Vec<u8>> {
     });
     let exported = exported.await.unwrap();
     assert_eq!(last.0, last.1, "progress");
-    assert_eq!(exported.bytes, exported.outputs.iter().map(|o| o.len() as u64).sum::<u64>());
+    assert_eq!(
+        exported.bytes,
+        exported.outputs.iter().map(|o| o.len() as u64).sum::<u64>()
+    );
     exported
 }
 
@@ -62,16 +69,27 @@ async fn check(name: &str, reader: &TileReader) {
     let metadata = &reader.directory().metadata;
     for format in Format::ALL {
         let exported = exported(reader, format).await;
-        assert_eq!((exported.vertices, exported.triangles), (metadata.vertices, metadata.triangles));
+        assert_eq!(
+            (exported.vertices, exported.triangles),
+            (metadata.vertices, metadata.triangles)
+        );
         let parsed = parse(format, &exported.outputs);
         let what = format!("{name}, {format}");
         let coordinates = |points: &[Point]| bits(points.iter().flat_map(|p| [p.x, p.y]));
         assert_eq!(coordinates(&parsed.points), coordinates(&expected.points), "{what}");
         let pads_z = matches!(format, Format::Ply | Format::Obj) && !metadata.has_z;
-        let z = if pads_z { vec![0.0; expected.points.len()] } else { expected.z.clone() };
+        let z = if pads_z {
+            vec![0.0; expected.points.len()]
+        } else {
+            expected.z.clone()
+        };
         assert_eq!(bits(parsed.z), bits(z), "{what}");
         let has_records = format == Format::Ply || format == Format::GeoJson && metadata.triangles == 0;
-        assert_eq!(&parsed.records[..], if has_records { &expected.records[..] } else { &[] }, "{what}");
+        assert_eq!(
+            &parsed.records[..],
+            if has_records { &expected.records[..] } else { &[] },
+            "{what}"
+        );
         let mut found = Digest::default();
         parsed.points.iter().for_each(|&p| found.add_vertex(p));
         for triangle in parsed.triangles {
@@ -145,7 +163,11 @@ impl Write for Full {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let taken = bytes.len().min(self.0);
         self.0 -= taken;
-        if taken == 0 && !bytes.is_empty() { Err(io::ErrorKind::StorageFull.into()) } else { Ok(taken) }
+        if taken == 0 && !bytes.is_empty() {
+            Err(io::ErrorKind::StorageFull.into())
+        } else {
+            Ok(taken)
+        }
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -162,7 +184,10 @@ fn an_output_that_fails() {
             for (failing, suffix) in (0..lengths.len()).zip(format.suffixes()) {
                 for room in [0, 10, lengths[failing] / 2, lengths[failing] - 1] {
                     let outputs = (0..lengths.len()).map(|i| Full(if i == failing { room } else { lengths[i] }));
-                    let error = export(&reader, format, outputs.collect(), |_, _| ()).await.err().unwrap();
+                    let error = export(&reader, format, outputs.collect(), |_, _| ())
+                        .await
+                        .err()
+                        .unwrap();
                     assert!(matches!(error, ExportError::Write { .. }), "{format}: {error}");
                     assert!(error.to_string().contains(suffix));
                     let cause = error.source().and_then(|e| e.downcast_ref::<io::Error>()).unwrap();
@@ -180,7 +205,10 @@ fn the_same_bytes_every_time() {
     runtime().block_on(async {
         let (_scratch, reader) = built(&points_of(Kind::Uniform, 3000, 8), tiles_of(16)).await;
         for format in Format::ALL {
-            assert_eq!(exported(&reader, format).await.outputs, exported(&reader, format).await.outputs);
+            assert_eq!(
+                exported(&reader, format).await.outputs,
+                exported(&reader, format).await.outputs
+            );
         }
     });
 }

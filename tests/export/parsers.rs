@@ -35,7 +35,10 @@ fn text(bytes: &[u8]) -> &str {
 fn parse_ply(bytes: &[u8]) -> Parsed {
     const END: &[u8] = b"end_header\n";
     let end = bytes.windows(END.len()).position(|w| w == END).unwrap() + END.len();
-    let header: Vec<&str> = text(&bytes[..end]).lines().filter(|l| !l.starts_with("comment ")).collect();
+    let header: Vec<&str> = text(&bytes[..end])
+        .lines()
+        .filter(|l| !l.starts_with("comment "))
+        .collect();
     assert_eq!(header[..2], ["ply", "format binary_little_endian 1.0"]);
     // Elements: name, count, properties.
     let mut elements: Vec<(&str, usize, Vec<&str>)> = Vec::new();
@@ -44,7 +47,11 @@ fn parse_ply(bytes: &[u8]) -> Parsed {
             let (name, count) = element.split_once(' ').unwrap();
             elements.push((name, count.parse().unwrap(), Vec::new()));
         } else {
-            elements.last_mut().unwrap().2.push(line.strip_prefix("property ").unwrap());
+            elements
+                .last_mut()
+                .unwrap()
+                .2
+                .push(line.strip_prefix("property ").unwrap());
         }
     }
     let [vertex, face, edge] = elements.try_into().unwrap();
@@ -65,7 +72,9 @@ fn parse_ply(bytes: &[u8]) -> Parsed {
     }
     for _ in 0..face.1 {
         assert_eq!(take(&mut rest), [3u8]);
-        parsed.triangles.push([(); 3].map(|()| u32::from_le_bytes(take(&mut rest)) as usize));
+        parsed
+            .triangles
+            .push([(); 3].map(|()| u32::from_le_bytes(take(&mut rest)) as usize));
     }
     assert!(rest.is_empty());
     parsed
@@ -85,7 +94,9 @@ fn parse_node(node: &str, ele: &str) -> Parsed {
     for (row, number) in rows.iter().zip(0usize..) {
         assert_eq!(row.len(), 3 + z);
         assert_eq!(row[0].parse::<usize>().unwrap(), number);
-        parsed.points.push(Point::new(row[1].parse().unwrap(), row[2].parse().unwrap()));
+        parsed
+            .points
+            .push(Point::new(row[1].parse().unwrap(), row[2].parse().unwrap()));
         parsed.z.extend(row[3..].iter().map(|z| z.parse::<f64>().unwrap()));
     }
     let (head, rows) = self::rows(ele);
@@ -120,7 +131,9 @@ fn parse_obj(text: &str) -> Parsed {
             parsed.z.push(z);
         } else {
             assert_eq!(kind, "f");
-            parsed.triangles.push([0, 1, 2].map(|i| fields[i].parse::<usize>().unwrap() - 1));
+            parsed
+                .triangles
+                .push([0, 1, 2].map(|i| fields[i].parse::<usize>().unwrap() - 1));
         }
     }
     parsed
@@ -135,8 +148,12 @@ fn parse_geojson(text: &str) -> Parsed {
         let properties = feature.properties.unwrap();
         match feature.geometry.unwrap().value {
             GeometryValue::Polygon { coordinates: rings } => {
-                let [ring] = &rings[..] else { panic!("{} rings", rings.len()) };
-                let [a, b, c, last] = &ring[..] else { panic!("{} corners", ring.len()) };
+                let [ring] = &rings[..] else {
+                    panic!("{} rings", rings.len())
+                };
+                let [a, b, c, last] = &ring[..] else {
+                    panic!("{} corners", ring.len())
+                };
                 assert_eq!(a, last);
                 let numbers = properties["vertices"].as_array().unwrap();
                 let numbers: [usize; 3] = [0, 1, 2].map(|i| numbers[i].as_u64().unwrap() as usize);

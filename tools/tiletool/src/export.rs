@@ -162,7 +162,7 @@ async fn write(
     })?;
     // All are on the disk before the first gets its name.
     for target in &targets {
-        target.sync()?;
+        target.sync().await?;
     }
     for target in targets {
         target.publish()?;
@@ -225,13 +225,16 @@ impl Target {
         Ok((Self { name, unfinished }, output))
     }
 
-    /// Waits until all is on the disk.
-    fn sync(&self) -> anyhow::Result<()> {
+    /// Waits until all is on the disk: on another thread, because it may take long, and an interrupt shall not.
+    async fn sync(&self) -> anyhow::Result<()> {
         let Some((file, _)) = &self.unfinished else {
             return Ok(());
         };
-        file.sync_all()
-            .with_context(|| format!("cannot write {}", self.name.display()))
+        let failed = || format!("cannot write {}", self.name.display());
+        let file = file.try_clone().with_context(failed)?;
+        tokio::task::spawn_blocking(move || file.sync_all())
+            .await?
+            .with_context(failed)
     }
 
     /// Gives the file its name.
