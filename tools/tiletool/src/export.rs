@@ -52,18 +52,7 @@ struct Summary {
 /// Exports a file.
 pub fn run(args: ExportArgs) -> anyhow::Result<()> {
     let to_stdout = args.output == Path::new("-");
-    let format = match args.format {
-        Some(format) => format,
-        None if to_stdout => bail!("standard output has no suffix: choose a --format of ply, obj or geojson"),
-        None => Format::from_path(&args.output)
-            .with_context(|| format!("{}: choose another suffix, or a --format", args.output.display()))?,
-    };
-    let names = names(&args.output, format);
-    ensure!(
-        !to_stdout || names.len() == 1,
-        "--format {format} makes {} files, so it cannot go to standard output",
-        names.len()
-    );
+    let (format, names) = outputs(&args).unwrap_or_else(|error| error.exit());
     let bar = bar(args.json);
     let done = common::block_on(async {
         tokio::select! {
@@ -86,6 +75,36 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
         return Ok(());
     }
     common::print(&text(&summary, args.json)?)
+}
+
+/// The format and the names of the outputs.
+fn outputs(args: &ExportArgs) -> Result<(Format, Vec<PathBuf>), clap::Error> {
+    let to_stdout = args.output == Path::new("-");
+    let format = match args.format {
+        Some(format) => format,
+        None if to_stdout => {
+            return Err(usage(
+                "standard output has no suffix: choose a --format of ply, obj or geojson",
+            ));
+        }
+        None => Format::from_path(&args.output).map_err(|error| {
+            let output = args.output.display();
+            usage(&format!("{output}: {error}; choose another suffix, or a --format"))
+        })?,
+    };
+    let names = names(&args.output, format);
+    if to_stdout && names.len() > 1 {
+        let count = names.len();
+        return Err(usage(&format!(
+            "--format {format} makes {count} files, so it cannot go to standard output"
+        )));
+    }
+    Ok((format, names))
+}
+
+fn usage(why: &str) -> clap::Error {
+    let mut command = ExportArgs::augment_args(clap::Command::new("tiletool export"));
+    command.error(clap::error::ErrorKind::ValueValidation, why)
 }
 
 fn text(summary: &Summary, json: bool) -> anyhow::Result<String> {

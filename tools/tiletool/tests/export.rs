@@ -22,9 +22,13 @@ fn succeeds(folder: &Path, args: &str) -> String {
 }
 
 fn fails(folder: &Path, args: &str, expected: &str) {
+    ends(folder, args, 1, expected);
+}
+
+fn ends(folder: &Path, args: &str, code: i32, expected: &str) {
     let output = tiletool(folder, args);
     let error = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{args}: {error}");
+    assert_eq!(output.status.code(), Some(code), "{args}: {error}");
     assert!(error.contains(expected), "{args}: {error}");
 }
 
@@ -97,8 +101,8 @@ fn standard_output() {
         assert!(output.status.success());
         assert_eq!(output.stdout, fs::read(folder.join(format!("b.{format}"))).unwrap());
     }
-    fails(folder, "export a.tiles -o -", "choose a --format");
-    fails(folder, "export a.tiles -o - --format node", "2 files");
+    ends(folder, "export a.tiles -o -", 2, "choose a --format");
+    ends(folder, "export a.tiles -o - --format node", 2, "2 files");
 }
 
 #[test]
@@ -107,11 +111,13 @@ fn failures_leave_nothing() {
     let folder = folder.path();
     fs::create_dir(folder.join("folder.ply")).unwrap();
     let before = files(folder);
-    fails(
+    ends(
         folder,
         "export a.tiles -o b.stl",
-        "b.stl: choose another suffix, or a --format: formats are ply",
+        2,
+        "b.stl: formats are ply, node (with ele), obj and geojson",
     );
+    ends(folder, "export a.tiles -o b.ply --format stl", 2, "formats are ply");
     fails(folder, "export none.tiles -o b.ply", "none.tiles");
     fails(folder, "export a.xyz -o b.ply", "a.xyz");
     fails(folder, "export a.tiles -o none/b.ply", "cannot create none/b.ply");
