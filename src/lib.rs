@@ -71,6 +71,7 @@
 //! `.node` files are always there.
 
 pub mod build;
+pub mod export;
 pub mod geometry;
 pub mod input;
 pub mod io;
