@@ -12,7 +12,7 @@
 //!
 //! | format | module | as a stream | feature |
 //! |---|---|---|---|
-//! | rows of text: comma, semicolon, tab, blanks | `text` | yes | `text` |
+//! | rows of text: comma, semicolon, tab, blanks | `text` over `rows` | yes | `text` |
 //! | raw little-endian f64 | `raw` | yes | |
 //! | Triangle's and TetGen's `.node` | `node` | yes | |
 //! | GeoJSON, newline-delimited too | `geojson` over `json` | yes | `geojson` |
@@ -45,6 +45,8 @@ mod lines;
 mod node;
 mod options;
 mod raw;
+#[cfg(feature = "text")]
+mod rows;
 mod sink;
 mod source;
 #[cfg(feature = "text")]
