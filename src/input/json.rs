@@ -2,7 +2,8 @@
 //!
 //! In: bytes. Out: what a caller asks for, or an error with the byte offset. Several values may follow each other, with
 //! blanks, line ends or RFC 8142's record separators between them. This is a thin layer over the library: it bounds the
-//! names and numbers that are kept, turns record separators into blanks, and words the errors.
+//! names and numbers that are kept, turns record separators into blanks, and words the errors. Strings that are no UTF-8,
+//! and escapes that are half of a surrogate pair, are errors anywhere, even in what is passed over.
 //! Why `struson` and not `serde_json`: that hands over a value when it has all of it, and calls back where a batch wants
 //! to stop in the middle. Here memory is bounded by the nesting, and not by any value's size.
 

@@ -58,9 +58,10 @@ impl Rows {
                 }
             }
             // With this there is always room enough, and the library need not ask for more.
-            if self.text.len() <= used + line.len() || self.ends.len() <= self.count + line.len() {
-                self.text.resize(used + 2 * line.len() + 1, 0);
-                self.ends.resize(self.count + 2 * line.len() + 1, 0);
+            let (bytes, ends) = (used + line.len() + 1, self.count + line.len() + 1);
+            if self.text.len() < bytes || self.ends.len() < ends {
+                self.text.resize(bytes.max(self.text.len()), 0);
+                self.ends.resize(ends.max(self.ends.len()), 0);
             }
             // A last line without an end gives no record; the empty line that comes then tells the library of the end.
             let (result, _, bytes, fields) =
@@ -68,7 +69,7 @@ impl Rows {
                     .read_record(line, &mut self.text[used..], &mut self.ends[self.count..]);
             used += bytes;
             self.count += fields;
-            if result == ReadRecordResult::Record {
+            if result != ReadRecordResult::InputEmpty {
                 break;
             }
             self.lines.read_line()?;
