@@ -13,9 +13,7 @@ use distributions::Kind;
 const POINTS: u64 = 1 << 16;
 
 fn points(kind: Kind) -> Vec<Point> {
-    distributions::points(kind, POINTS, 1)
-        .map(|[x, y]| Point::new(x, y))
-        .collect()
+    distributions::points(kind, POINTS, 1).map(|[x, y]| Point::new(x, y)).collect()
 }
 
 fn engines(c: &mut Criterion) {
