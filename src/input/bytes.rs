@@ -1,12 +1,12 @@
 //! Bytes from files and streams: opened, counted, unzipped, buffered.
 //!
-//! In: a path, or any stream. Out: [`ByteInput`], which the formats that need no seeking read through a [`Buffered`].
+//! In: a path, or any stream. Out: [`ByteInput`], which the formats that need no seeking read.
 //! gzip is undone here (all members of the file), so that no format has to know of it.
 
 use super::InputError;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -71,6 +71,16 @@ impl ByteInput {
         Self::with_head(plain.path, read, None)
     }
 
+    /// Passes over a byte order mark, and gives its length.
+    pub fn skip_mark(&mut self) -> u64 {
+        const MARK: &[u8] = b"\xef\xbb\xbf";
+        if !self.head.starts_with(MARK) {
+            return 0;
+        }
+        // The head is in memory: this cannot fail.
+        io::copy(&mut self.read.by_ref().take(MARK.len() as u64), &mut io::sink()).unwrap_or(0)
+    }
+
     fn with_head(path: Arc<Path>, mut read: Box<dyn Read + Send>, size: Option<u64>) -> Result<Self, InputError> {
         let mut head = Vec::new();
         match read.by_ref().take(512).read_to_end(&mut head) {
@@ -115,98 +125,4 @@ pub(super) fn open_file(path: &Path) -> Result<(File, Option<u64>), InputError> 
         path: path.to_owned(),
         source,
     })
-}
-
-/// A window on a stream of bytes: those that were read and not yet consumed.
-///
-/// ```text
-///   buf   ....consumed....|=======data=======|....room....
-///                       start               end
-/// ```
-pub(super) struct Buffered {
-    path: Arc<Path>,
-    read: Box<dyn Read + Send>,
-    buf: Vec<u8>,
-    start: usize,
-    end: usize,
-    /// The offset of `buf[start]` in the stream.
-    offset: u64,
-}
-
-impl Buffered {
-    pub fn new(input: ByteInput) -> Self {
-        Self {
-            path: input.path,
-            read: input.read,
-            buf: vec![0; BUFFER],
-            start: 0,
-            end: 0,
-            offset: 0,
-        }
-    }
-
-    /// The bytes at hand.
-    #[inline]
-    pub fn data(&self) -> &[u8] {
-        &self.buf[self.start..self.end]
-    }
-
-    /// The offset of the first byte at hand.
-    #[inline]
-    pub fn offset(&self) -> u64 {
-        self.offset
-    }
-
-    pub fn path(&self) -> PathBuf {
-        self.path.to_path_buf()
-    }
-
-    /// Passes over the first `n` bytes at hand and gives them; they stay in place until [`Self::more`].
-    #[inline]
-    pub fn consume(&mut self, n: usize) -> &[u8] {
-        let from = self.start;
-        self.start += n;
-        debug_assert!(self.start <= self.end, "consumed more than there is");
-        self.offset += n as u64;
-        &self.buf[from..self.start]
-    }
-
-    /// Takes back the `n` bytes consumed last, if [`Self::more`] was not called since.
-    #[cfg(feature = "text")]
-    pub fn take_back(&mut self, n: usize) {
-        self.start -= n;
-        self.offset -= n as u64;
-    }
-
-    /// Reads further bytes behind those at hand; false at the end of the stream. The buffer grows if they fill it: a
-    /// caller who waits for the end of something must give up at some length.
-    pub fn more(&mut self) -> Result<bool, InputError> {
-        if self.start == self.end {
-            self.start = 0;
-            self.end = 0;
-        } else if self.end == self.buf.len() {
-            self.buf.copy_within(self.start..self.end, 0);
-            self.end -= self.start;
-            self.start = 0;
-            if self.end > self.buf.len() / 2 {
-                self.buf.resize(self.buf.len() * 2, 0);
-            }
-        }
-        loop {
-            match self.read.read(&mut self.buf[self.end..]) {
-                Ok(n) => {
-                    self.end += n;
-                    return Ok(n > 0);
-                }
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                Err(source) => {
-                    return Err(InputError::Read {
-                        path: self.path(),
-                        offset: self.offset + (self.end - self.start) as u64,
-                        source,
-                    });
-                }
-            }
-        }
-    }
 }

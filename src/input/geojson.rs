@@ -9,8 +9,9 @@
 //! when it ends. Why not the crate `geojson`: its `FeatureReader` takes the file's first `[` for that of `features`
 //! (a `bbox` before it is enough to fail) and holds a feature at a time.
 
-use super::bytes::{Buffered, ByteInput};
-use super::json::{Event, Json};
+use super::bytes::ByteInput;
+use super::error::excerpt;
+use super::json::{Json, ValueType};
 use super::sink::Sink;
 use super::source::Reader;
 use super::{InputError, Place};
@@ -81,17 +82,17 @@ enum Kind {
 }
 
 impl Kind {
-    fn from_name(name: &[u8]) -> Option<Self> {
+    fn from_name(name: &str) -> Option<Self> {
         Some(match name {
-            b"FeatureCollection" => Self::FeatureCollection,
-            b"Feature" => Self::Feature,
-            b"GeometryCollection" => Self::GeometryCollection,
-            b"Point" => Self::Point,
-            b"MultiPoint" => Self::MultiPoint,
-            b"LineString" => Self::LineString,
-            b"MultiLineString" => Self::MultiLineString,
-            b"Polygon" => Self::Polygon,
-            b"MultiPolygon" => Self::MultiPolygon,
+            "FeatureCollection" => Self::FeatureCollection,
+            "Feature" => Self::Feature,
+            "GeometryCollection" => Self::GeometryCollection,
+            "Point" => Self::Point,
+            "MultiPoint" => Self::MultiPoint,
+            "LineString" => Self::LineString,
+            "MultiLineString" => Self::MultiLineString,
+            "Polygon" => Self::Polygon,
+            "MultiPolygon" => Self::MultiPolygon,
             _ => return None,
         })
     }
@@ -146,7 +147,7 @@ impl GeoJson {
     pub fn new(input: ByteInput) -> Result<Self, InputError> {
         let name = input.path.display().to_string();
         let mut this = Self {
-            json: Json::new(Buffered::new(input))?,
+            json: Json::new(input),
             open: Vec::new(),
             level: 0,
             position: Position::default(),
@@ -157,17 +158,19 @@ impl GeoJson {
             lines: Tally::default(),
             name,
         };
-        match this.json.next()? {
-            Event::ObjectStart => this.enter(Role::Root),
-            Event::End => return Err(this.json.malformed("the file is empty".to_owned(), HINT)),
-            _ => return Err(this.json.malformed("this is not an object".to_owned(), HINT)),
+        if this.json.is_blank() {
+            return Err(this.json.malformed("the file is empty".to_owned(), HINT));
         }
+        this.enter(Role::Root)?;
         this.first = this.next_position()?;
         this.has_z = this.first.is_some_and(|position| position.length > 2);
         Ok(this)
     }
 
-    fn enter(&mut self, role: Role) {
+    /// Begins an object that is due.
+    fn enter(&mut self, role: Role) -> Result<(), InputError> {
+        self.need(ValueType::Object, "this is not an object")?;
+        self.json.begin_object()?;
         self.open.push(Frame::Object(Object {
             role,
             kind: None,
@@ -178,139 +181,158 @@ impl GeoJson {
             level: None,
             arrays: [0; LEVELS + 1],
         }));
+        Ok(())
+    }
+
+    /// Fails if the next value is not of this type.
+    fn need(&mut self, wanted: ValueType, problem: &str) -> Result<(), InputError> {
+        if self.json.peek()? == wanted {
+            return Ok(());
+        }
+        Err(self.json.malformed(problem.to_owned(), HINT))
     }
 
     /// The next position; `None` at the end of the file.
     fn next_position(&mut self) -> Result<Option<Position>, InputError> {
         loop {
-            let event = self.json.next()?;
             if self.level > 0 {
-                if let Some(position) = self.coordinate(event)? {
+                if let Some(position) = self.coordinate()? {
                     return Ok(Some(position));
                 }
                 continue;
             }
-            match (self.open.last_mut(), event) {
-                (Some(Frame::Object(_)), Event::Key) => self.member()?,
-                (Some(Frame::Object(_)), Event::ObjectEnd) => {
+            let has_next = self.json.has_next()?;
+            match self.open.last() {
+                Some(Frame::Object(_)) if has_next => self.member()?,
+                Some(Frame::Features) if has_next => self.enter(Role::Feature)?,
+                Some(Frame::Geometries) if has_next => self.enter(Role::Geometry)?,
+                None if has_next => self.enter(Role::Root)?,
+                Some(Frame::Object(_)) => {
                     if let Some(Frame::Object(object)) = self.open.pop() {
                         self.leave(&object)?;
                     }
+                    self.json.end_object()?;
                 }
-                (Some(Frame::Features), Event::ObjectStart) => self.enter(Role::Feature),
-                (Some(Frame::Geometries), Event::ObjectStart) => self.enter(Role::Geometry),
-                (Some(Frame::Features | Frame::Geometries), Event::ArrayEnd) => {
+                Some(Frame::Features | Frame::Geometries) => {
                     self.open.pop();
+                    self.json.end_array()?;
                 }
-                (None, Event::ObjectStart) => self.enter(Role::Root),
-                (None, Event::End) => return Ok(None),
-                _ => return Err(self.json.malformed("this is not an object".to_owned(), HINT)),
+                None => return Ok(None),
             }
         }
     }
 
-    /// A member of the object that is open: its name was read.
+    /// The next member of the object that is open.
     fn member(&mut self) -> Result<(), InputError> {
         let Some(Frame::Object(object)) = self.open.last_mut() else {
             return Ok(());
         };
         let role = object.role;
         let twice = |seen: &mut bool| std::mem::replace(seen, true);
-        match self.json.text() {
-            b"type" => match self.json.next()? {
-                Event::String => match Kind::from_name(self.json.text()) {
-                    Some(kind) => object.kind = Some(kind),
-                    None => {
-                        let name = super::error::excerpt(self.json.text());
-                        return Err(self
-                            .json
-                            .malformed(format!("the type `{name}` is not one of GeoJSON"), HINT));
-                    }
-                },
-                _ => return Err(self.json.malformed("`type` is not a string".to_owned(), HINT)),
-            },
-            b"features" if role == Role::Root && !twice(&mut object.features) => match self.json.next()? {
-                Event::ArrayStart => self.open.push(Frame::Features),
-                _ => return Err(self.json.malformed("`features` is not an array".to_owned(), HINT)),
-            },
-            b"geometries" if role != Role::Feature && !twice(&mut object.geometries) => match self.json.next()? {
-                Event::ArrayStart => self.open.push(Frame::Geometries),
-                _ => return Err(self.json.malformed("`geometries` is not an array".to_owned(), HINT)),
-            },
-            b"geometry" if role != Role::Geometry && !twice(&mut object.geometry) => match self.json.next()? {
-                Event::ObjectStart => self.enter(Role::Geometry),
-                Event::Literal => {}
+        match self.json.name()? {
+            "type" => {
+                self.need(ValueType::String, "`type` is not a string")?;
+                let name = self.json.string()?;
+                let kind = Kind::from_name(name);
+                if kind.is_none() {
+                    let problem = format!("the type `{}` is not one of GeoJSON", excerpt(name.as_bytes()));
+                    return Err(self.json.malformed(problem, HINT));
+                }
+                if let Some(Frame::Object(object)) = self.open.last_mut() {
+                    object.kind = kind;
+                }
+            }
+            "features" if role == Role::Root && !twice(&mut object.features) => {
+                self.need(ValueType::Array, "`features` is not an array")?;
+                self.json.begin_array()?;
+                self.open.push(Frame::Features);
+            }
+            "geometries" if role != Role::Feature && !twice(&mut object.geometries) => {
+                self.need(ValueType::Array, "`geometries` is not an array")?;
+                self.json.begin_array()?;
+                self.open.push(Frame::Geometries);
+            }
+            "geometry" if role != Role::Geometry && !twice(&mut object.geometry) => match self.json.peek()? {
+                ValueType::Object => self.enter(Role::Geometry)?,
+                ValueType::Null => self.json.skip()?,
                 _ => return Err(self.json.malformed("`geometry` is not an object".to_owned(), HINT)),
             },
-            b"coordinates" if role != Role::Feature && !twice(&mut object.coordinates) => match self.json.next()? {
-                Event::ArrayStart => self.array_start(),
-                _ => return Err(self.json.malformed("`coordinates` is not an array".to_owned(), HINT)),
-            },
-            b"crs" if role == Role::Root && self.crs.is_none() => self.skip_value(true)?,
-            _ => self.skip_value(false)?,
+            "coordinates" if role != Role::Feature && !twice(&mut object.coordinates) => {
+                self.need(ValueType::Array, "`coordinates` is not an array")?;
+                self.begin_array()?;
+            }
+            "crs" if role == Role::Root && self.crs.is_none() => self.read_crs(&["properties", "name"])?,
+            _ => self.json.skip()?,
         }
         Ok(())
     }
 
-    /// Passes over a value; of a `crs` it keeps the name.
-    fn skip_value(&mut self, is_crs: bool) -> Result<(), InputError> {
-        let depth = self.json.depth();
-        let mut is_name = false;
-        loop {
-            match self.json.next()? {
-                Event::Key => is_name = is_crs && self.json.text() == b"name",
-                Event::String if is_name && self.crs.is_none() => {
-                    self.crs = Some(String::from_utf8_lossy(self.json.text()).into_owned());
+    /// Passes over a `crs`, but for the string that is behind these names.
+    fn read_crs(&mut self, names: &[&str]) -> Result<(), InputError> {
+        match (names, self.json.peek()?) {
+            ([], ValueType::String) => self.crs = Some(self.json.string()?.to_owned()),
+            ([first, rest @ ..], ValueType::Object) => {
+                self.json.begin_object()?;
+                while self.json.has_next()? {
+                    match self.json.name()? == *first {
+                        true => self.read_crs(rest)?,
+                        false => self.json.skip()?,
+                    }
                 }
-                _ => is_name = false,
+                self.json.end_object()?;
             }
-            if self.json.depth() == depth {
-                return Ok(());
-            }
+            _ => self.json.skip()?,
         }
+        Ok(())
     }
 
-    fn array_start(&mut self) {
+    /// Begins an array within `coordinates`, or theirs.
+    fn begin_array(&mut self) -> Result<(), InputError> {
         self.level += 1;
         self.position = Position {
             offset: self.json.offset(),
             ..Position::default()
         };
+        self.json.begin_array()
     }
 
     /// A piece within `coordinates`; gives the position that it ends.
-    fn coordinate(&mut self, event: Event) -> Result<Option<Position>, InputError> {
+    fn coordinate(&mut self) -> Result<Option<Position>, InputError> {
         let Some(Frame::Object(object)) = self.open.last_mut() else {
             return Ok(None);
         };
         let in_position = object.level == Some(self.level);
-        match event {
-            Event::ArrayStart if in_position || self.level == LEVELS => Err(self
-                .json
-                .malformed("an array too deep within `coordinates`".to_owned(), HINT)),
-            Event::ArrayStart => {
-                self.array_start();
-                Ok(None)
+        if !self.json.has_next()? {
+            object.arrays[self.level] += 1;
+            self.level -= 1;
+            self.json.end_array()?;
+            return Ok(in_position.then_some(self.position));
+        }
+        match self.json.peek()? {
+            ValueType::Array if in_position || self.level == LEVELS => {
+                let problem = "an array too deep within `coordinates`";
+                return Err(self.json.malformed(problem.to_owned(), HINT));
             }
-            Event::ArrayEnd => {
-                object.arrays[self.level] += 1;
-                self.level -= 1;
-                Ok(in_position.then_some(self.position))
-            }
-            Event::Number(_) | Event::Literal | Event::String if in_position || object.level.is_none() => {
+            ValueType::Array => self.begin_array()?,
+            found if found != ValueType::Object && (in_position || object.level.is_none()) => {
                 object.level = Some(self.level);
-                match (event, self.position.values.get_mut(self.position.length)) {
-                    (Event::Number(number), Some(value)) => *value = number,
-                    (Event::Number(_), None) => {}
-                    _ => self.position.strange = true,
+                if found == ValueType::Number {
+                    let number = self.json.number()?;
+                    if let Some(value) = self.position.values.get_mut(self.position.length) {
+                        *value = number;
+                    }
+                } else {
+                    self.json.skip()?;
+                    self.position.strange = true;
                 }
                 self.position.length += 1;
-                Ok(None)
             }
-            _ => Err(self
-                .json
-                .malformed("positions and arrays mixed within `coordinates`".to_owned(), HINT)),
+            _ => {
+                let problem = "positions and arrays mixed within `coordinates`";
+                return Err(self.json.malformed(problem.to_owned(), HINT));
+            }
         }
+        Ok(None)
     }
 
     /// An object ended: is it what its type says?

@@ -12,14 +12,14 @@
 //!
 //! | format | module | as a stream | feature |
 //! |---|---|---|---|
-//! | rows of text: comma, semicolon, tab, blanks | `text` | yes | `text` |
+//! | rows of text: comma, semicolon, tab, blanks | `text` over `rows` | yes | `text` |
 //! | raw little-endian f64 | `raw` | yes | |
 //! | Triangle's and TetGen's `.node` | `node` | yes | |
 //! | GeoJSON, newline-delimited too | `geojson` over `json` | yes | `geojson` |
 //! | LAS, LAZ, COPC | `las`, `laz` | no: needs a file | `las` |
 //!
-//! **Memory** is bounded whatever the file: a read buffer of 256 KiB, a batch, and for text one row of at most 1 MiB;
-//! for LAZ the decompressor's state of one chunk. No length or count that a file claims is believed before it is
+//! **Memory** is bounded whatever the file: a read buffer of 256 KiB, a batch, and for text one row of at most 1 MiB
+//! with the ends of its fields, for GeoJSON one name of at most 2 MiB, for LAZ the decompressor's state of one chunk. No length or count that a file claims is believed before it is
 //! compared with the file's size. Every file is hostile: what is wrong with it becomes an [`InputError`], never a panic.
 //!
 //! **Record numbers** are u64 positions from 0 over all inputs in order. Every record counts, those that are skipped,
@@ -45,6 +45,8 @@ mod lines;
 mod node;
 mod options;
 mod raw;
+#[cfg(feature = "text")]
+mod rows;
 mod sink;
 mod source;
 #[cfg(feature = "text")]

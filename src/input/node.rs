@@ -7,9 +7,9 @@
 //! Source: <https://www.cs.cmu.edu/~quake/triangle.node.html>. The number of points is believed by nobody: the rows
 //! are counted.
 
-use super::bytes::{Buffered, ByteInput};
+use super::bytes::ByteInput;
 use super::error::excerpt;
-use super::lines::{Delimiter, Fields, Lines, is_void, number};
+use super::lines::{Lines, number};
 use super::sink::Sink;
 use super::source::Reader;
 use super::{InputError, Place};
@@ -32,17 +32,15 @@ pub(super) struct Node {
 impl Node {
     pub fn new(input: ByteInput) -> Result<Self, InputError> {
         let name = input.path.display().to_string();
-        let mut lines = Lines::new(Buffered::new(input))?;
+        let mut lines = Lines::new(input)?;
         let mut first = Vec::new();
         let mut found = String::from("nothing");
-        while let Some(row) = lines.next_row(None)? {
-            if !is_void(row) {
-                found = format!("`{}`", excerpt(row));
-                first = fields(row)
-                    .map(|field| std::str::from_utf8(field).ok()?.parse::<u64>().ok())
-                    .collect();
-                break;
-            }
+        if lines.next_row()? {
+            let row = lines.text().trim_ascii_end();
+            found = format!("`{}`", excerpt(row));
+            first = fields(row)
+                .map(|field| std::str::from_utf8(field).ok()?.parse::<u64>().ok())
+                .collect();
         }
         match first[..] {
             [Some(claimed), Some(dims @ (2 | 3)), ..] if first.iter().all(Option::is_some) => Ok(Self {
@@ -60,9 +58,11 @@ impl Node {
 }
 
 /// The fields of a row up to a comment.
-fn fields(row: &[u8]) -> Fields<'_> {
-    let end = memchr::memchr(b'#', row).unwrap_or(row.len());
-    Fields::new(&row[..end], Delimiter::Blanks)
+fn fields(row: &[u8]) -> impl Iterator<Item = &[u8]> {
+    row.split(|b| *b == b'#')
+        .take(1)
+        .flat_map(|row| row.split(u8::is_ascii_whitespace))
+        .filter(|field| !field.is_empty())
 }
 
 impl Reader for Node {
@@ -72,7 +72,7 @@ impl Reader for Node {
 
     fn fill(&mut self, sink: &mut Sink<'_>) -> Result<bool, InputError> {
         while !sink.is_full() {
-            let Some(row) = self.lines.next_row(None)? else {
+            if !self.lines.next_row()? {
                 if self.rows < self.claimed {
                     let problem = format!("the file ends after {} of {} points", self.rows, self.claimed);
                     return Err(self
@@ -80,10 +80,8 @@ impl Reader for Node {
                         .malformed(problem, "it is cut short, or its first line is wrong"));
                 }
                 return Ok(false);
-            };
-            if is_void(row) {
-                continue;
             }
+            let row = self.lines.text().trim_ascii_end();
             if self.rows == self.claimed {
                 let problem = format!("a row behind the last of {} points: `{}`", self.claimed, excerpt(row));
                 return Err(self.lines.malformed(problem, HINT));
@@ -108,7 +106,7 @@ impl Reader for Node {
                 (Some(x), Some(y)) if z.is_some() || self.dims == 2 => Ok((x, y)),
                 _ => Err(format!("`{}` has not an index and {} numbers", excerpt(row), self.dims)),
             };
-            let line = self.lines.line();
+            let line = self.lines.row();
             match found {
                 Ok((x, y)) => sink.point(x, y, z, || Place::Line(line))?,
                 Err(found) => sink.invalid(|| Place::Line(line), || found)?,

@@ -2,15 +2,20 @@
 //!
 //! In: a stream of bytes and the numbers per point. Out: points. The fastest format there is, and exact.
 
-use super::bytes::{Buffered, ByteInput};
+use super::bytes::ByteInput;
 use super::sink::Sink;
 use super::source::Reader;
 use super::{InputError, InputOptions, Place};
+use std::io::Read;
 
 pub(super) struct Raw {
-    bytes: Buffered,
+    input: ByteInput,
     /// Bytes per point: 16 or 24.
     stride: usize,
+    /// The points read last.
+    data: Vec<u8>,
+    /// The bytes read before them.
+    offset: u64,
 }
 
 impl Raw {
@@ -19,8 +24,10 @@ impl Raw {
         let stride = 8 * usize::from(options.dims);
         let size = input.size;
         let raw = Self {
-            bytes: Buffered::new(input),
+            input,
             stride,
+            data: Vec::new(),
+            offset: 0,
         };
         match size {
             Some(size) if size % stride as u64 != 0 && !options.skip_invalid => {
@@ -32,7 +39,7 @@ impl Raw {
 
     fn cut_short(&self, offset: u64, rest: u64) -> InputError {
         InputError::Malformed {
-            path: self.bytes.path(),
+            path: self.input.path.to_path_buf(),
             place: Place::Byte(offset),
             problem: format!(
                 "{rest} bytes are left over behind the last whole point of {} bytes",
@@ -51,35 +58,34 @@ impl Reader for Raw {
 
     fn fill(&mut self, sink: &mut Sink<'_>) -> Result<bool, InputError> {
         while !sink.is_full() {
-            let offset = self.bytes.offset();
-            let data = self.bytes.data();
-            if data.len() < self.stride {
-                if self.bytes.more()? {
-                    continue;
-                }
-                let rest = self.bytes.data().len();
-                if rest == 0 {
-                    return Ok(false);
-                }
-                if !sink.skip_invalid {
-                    return Err(self.cut_short(offset, rest as u64));
-                }
-                self.bytes.consume(rest);
-                sink.invalid(|| Place::Byte(offset), String::new)?;
-                return Ok(false);
-            }
-            let mut taken = 0;
-            for record in data.chunks_exact(self.stride) {
-                if sink.is_full() {
-                    break;
-                }
+            self.offset += self.data.len() as u64;
+            self.data.clear();
+            let wanted = sink.room() * self.stride;
+            let read = self.input.read.by_ref().take(wanted as u64).read_to_end(&mut self.data);
+            read.map_err(|source| InputError::Read {
+                path: self.input.path.to_path_buf(),
+                offset: self.offset + self.data.len() as u64,
+                source,
+            })?;
+            let mut offset = self.offset;
+            let records = self.data.chunks_exact(self.stride);
+            let rest = records.remainder();
+            for record in records {
                 let (numbers, _) = record.as_chunks::<8>();
                 let z = numbers.get(2).map(|&z| f64::from_le_bytes(z));
                 let (x, y) = (f64::from_le_bytes(numbers[0]), f64::from_le_bytes(numbers[1]));
-                sink.point(x, y, z, || Place::Byte(offset + taken as u64))?;
-                taken += self.stride;
+                sink.point(x, y, z, || Place::Byte(offset))?;
+                offset += self.stride as u64;
             }
-            self.bytes.consume(taken);
+            if !rest.is_empty() {
+                if !sink.skip_invalid {
+                    return Err(self.cut_short(offset, rest.len() as u64));
+                }
+                sink.invalid(|| Place::Byte(offset), String::new)?;
+            }
+            if self.data.len() < wanted {
+                return Ok(false);
+            }
         }
         Ok(true)
     }

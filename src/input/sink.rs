@@ -47,7 +47,6 @@ impl Sink<'_> {
     }
 
     /// The number of points that the batch still takes.
-    #[cfg(feature = "las")]
     pub fn room(&self) -> usize {
         BATCH.saturating_sub(self.batch.points.len())
     }

@@ -13,9 +13,10 @@
 //! Lines that are blank or begin with `#` do not count. Decimal commas are an error and never guessed at: `1,234` may
 //! be either number.
 
-use super::bytes::{Buffered, ByteInput};
+use super::bytes::ByteInput;
 use super::error::excerpt;
-use super::lines::{Delimiter, Fields, Lines, is_void, number};
+use super::lines::{Lines, Sample, number};
+use super::rows::{BLANKS, Rows};
 use super::sink::Sink;
 use super::source::Reader;
 use super::{Column, Columns, InputError, InputOptions, Place};
@@ -31,7 +32,7 @@ const Z: &[&str] = &["z", "elevation", "elev", "height", "altitude", "alt"];
 const SAMPLE: usize = 20;
 
 pub(super) struct Text {
-    lines: Lines,
+    rows: Rows,
     layout: Layout,
     notes: Vec<String>,
 }
@@ -39,13 +40,10 @@ pub(super) struct Text {
 /// Where the coordinates are in a row.
 #[derive(Clone, Copy)]
 struct Layout {
-    delimiter: Delimiter,
     /// Columns from 0.
     x: usize,
     y: usize,
     z: Option<usize>,
-    /// The last one of them.
-    last: usize,
 }
 
 impl Text {
@@ -57,15 +55,18 @@ impl Text {
             .map(str::to_ascii_lowercase)
             .is_some_and(|name| name.ends_with(".xyz") || name.ends_with(".xyz.gz"));
         let path = input.path.clone();
-        let mut lines = Lines::new(Buffered::new(input))?;
+        let mut lines = Lines::new(input)?;
         let mut notes = Vec::new();
-        let delimiter = find_delimiter(&mut lines)?;
-        let Some(first) = lines.next_row(Some(delimiter))?.map(<[u8]>::to_vec) else {
+        let sample = lines.sample()?;
+        let delimiter = find_delimiter(&sample);
+        let mut rows = Rows::new(lines, delimiter);
+        let mut first = Rows::new(sample.lines(), delimiter);
+        if !first.next_row()? {
             // No rows: any layout will do.
-            let layout = Layout::new(delimiter, 0, 1, None);
-            return Ok(Self { lines, layout, notes });
-        };
-        let fields: Vec<&[u8]> = Fields::new(&first, delimiter).collect();
+            let layout = Layout { x: 0, y: 1, z: None };
+            return Ok(Self { rows, layout, notes });
+        }
+        let fields = first.fields();
         let chosen = match &options.columns {
             Some(columns) => Chosen::by_option(columns),
             None => Chosen::by_place(&fields, is_xyz),
@@ -73,10 +74,10 @@ impl Text {
         let mut at_hand = chosen.numbers().filter_map(|n| fields.get(n)).peekable();
         let is_header = chosen.named || (at_hand.peek().is_some() && at_hand.all(|field| is_name(field)));
         let layout = if is_header {
-            header_layout(&fields, options.columns.as_ref(), delimiter)
-                .map_err(|problem| lines.malformed(problem, HEADER_HINT))?
+            rows.next_row()?;
+            header_layout(&fields, options.columns.as_ref())
+                .map_err(|problem| rows.lines.malformed(problem, HEADER_HINT))?
         } else {
-            lines.back();
             if options.columns.is_none() && fields.len() > chosen.count() {
                 notes.push(format!(
                     "{}: no header; columns 1 to {} of {} are read, choose others with --columns",
@@ -85,9 +86,13 @@ impl Text {
                     fields.len()
                 ));
             }
-            Layout::new(delimiter, chosen.x, chosen.y, chosen.z)
+            Layout {
+                x: chosen.x,
+                y: chosen.y,
+                z: chosen.z,
+            }
         };
-        Ok(Self { lines, layout, notes })
+        Ok(Self { rows, layout, notes })
     }
 }
 
@@ -136,45 +141,23 @@ impl Chosen {
 }
 
 impl Layout {
-    fn new(delimiter: Delimiter, x: usize, y: usize, z: Option<usize>) -> Self {
-        Self {
-            delimiter,
-            x,
-            y,
-            z,
-            last: x.max(y).max(z.unwrap_or(0)),
-        }
-    }
-
     /// The coordinates of a row, or what is wrong with it.
     #[inline]
-    fn read(&self, row: &[u8]) -> Result<(f64, f64, Option<f64>), String> {
-        let mut values = [None; 3];
-        for (n, field) in Fields::new(row, self.delimiter).take(self.last + 1).enumerate() {
-            if n == self.x {
-                values[0] = number(field);
-            }
-            if n == self.y {
-                values[1] = number(field);
-            }
-            if self.z == Some(n) {
-                values[2] = number(field);
-            }
-        }
-        match values {
-            [Some(x), Some(y), z] if z.is_some() || self.z.is_none() => Ok((x, y, z)),
+    fn read(&self, row: &Rows) -> Result<(f64, f64, Option<f64>), String> {
+        let value = |n| row.field(n).and_then(number);
+        match (value(self.x), value(self.y), self.z.and_then(value)) {
+            (Some(x), Some(y), z) if z.is_some() || self.z.is_none() => Ok((x, y, z)),
             _ => Err(self.describe(row)),
         }
     }
 
     #[cold]
-    fn describe(&self, row: &[u8]) -> String {
-        let fields: Vec<&[u8]> = Fields::new(row, self.delimiter).collect();
+    fn describe(&self, row: &Rows) -> String {
         for (name, column) in [("x", Some(self.x)), ("y", Some(self.y)), ("z", self.z)] {
             let Some(n) = column else { continue };
-            let Some(field) = fields.get(n) else {
-                let last = self.last + 1;
-                return format!("the row has {} of {last} fields: `{}`", fields.len(), excerpt(row));
+            let Some(field) = row.field(n) else {
+                let needed = 1 + self.x.max(self.y).max(self.z.unwrap_or(0));
+                return format!("the row has {} of {needed} fields: `{}`", row.count(), row.excerpt());
             };
             if number(field).is_none() {
                 let pointed: Vec<u8> = field.iter().map(|&b| if b == b',' { b'.' } else { b }).collect();
@@ -185,7 +168,7 @@ impl Layout {
                 return format!("{name} is `{}`, not a number{remark}", excerpt(field));
             }
         }
-        format!("no point: `{}`", excerpt(row))
+        format!("no point: `{}`", row.excerpt())
     }
 }
 
@@ -201,7 +184,7 @@ fn is_name(field: &[u8]) -> bool {
 }
 
 /// Finds the columns in a header.
-fn header_layout(fields: &[&[u8]], columns: Option<&Columns>, delimiter: Delimiter) -> Result<Layout, String> {
+fn header_layout(fields: &[&[u8]], columns: Option<&Columns>) -> Result<Layout, String> {
     let names: Vec<String> = fields
         .iter()
         // CloudCompare begins its headers with two slashes.
@@ -221,35 +204,32 @@ fn header_layout(fields: &[&[u8]], columns: Option<&Columns>, delimiter: Delimit
     let Some(columns) = columns else {
         let x = need(any(X), "for x (such as x, lon, easting)")?;
         let y = need(any(Y), "for y (such as y, lat, northing)")?;
-        return Ok(Layout::new(delimiter, x, y, any(Z)));
+        return Ok(Layout { x, y, z: any(Z) });
     };
     let column = |column: &Column| match column {
         Column::Number(n) => need(n.checked_sub(1).filter(|&n| n < names.len()), &n.to_string()),
         Column::Name(name) => need(find(name), &format!("`{name}`")),
     };
-    let z = columns.z.as_ref().map(column).transpose()?;
-    Ok(Layout::new(delimiter, column(&columns.x)?, column(&columns.y)?, z))
+    Ok(Layout {
+        x: column(&columns.x)?,
+        y: column(&columns.y)?,
+        z: columns.z.as_ref().map(column).transpose()?,
+    })
 }
 
 /// The delimiter that the first rows tell.
-fn find_delimiter(lines: &mut Lines) -> Result<Delimiter, InputError> {
-    while let Some(row) = lines.next_row(None)? {
-        if !is_void(row) {
-            lines.back();
-            break;
+fn find_delimiter(sample: &Sample) -> u8 {
+    let in_most = |delimiter: &u8| {
+        let mut rows = Rows::new(sample.lines(), *delimiter);
+        let (mut with, mut without) = (0, 0);
+        // With a wrong delimiter a quote may be open for too long: no matter.
+        while with + without < SAMPLE && matches!(rows.next_row(), Ok(true)) {
+            *(if rows.count() > 1 { &mut with } else { &mut without }) += 1;
         }
-    }
-    lines.read_ahead()?;
-    let in_most = |delimiter: &Delimiter| {
-        let sample = lines.preview(*delimiter).take(SAMPLE);
-        let having = sample.map(|row| Fields::new(row, *delimiter).nth(1).is_some());
-        let (with, without): (Vec<bool>, Vec<bool>) = having.partition(|&has| has);
         // Tabs may be mere blanks.
-        let enough = without.len() + usize::from(*delimiter == Delimiter::Byte(b'\t'));
-        !with.is_empty() && with.len() >= enough
+        with > 0 && with >= without + usize::from(*delimiter == b'\t')
     };
-    let delimiter = [b';', b'\t', b','].map(Delimiter::Byte).into_iter().find(in_most);
-    Ok(delimiter.unwrap_or(Delimiter::Blanks))
+    b";\t,".iter().copied().find(in_most).unwrap_or(BLANKS)
 }
 
 impl Reader for Text {
@@ -258,17 +238,12 @@ impl Reader for Text {
     }
 
     fn fill(&mut self, sink: &mut Sink<'_>) -> Result<bool, InputError> {
-        let layout = self.layout;
         while !sink.is_full() {
-            let Some(row) = self.lines.next_row(Some(layout.delimiter))? else {
+            if !self.rows.next_row()? {
                 return Ok(false);
-            };
-            if is_void(row) {
-                continue;
             }
-            let point = layout.read(row);
-            let place = || Place::Line(self.lines.line());
-            match point {
+            let place = || Place::Line(self.rows.lines.row());
+            match self.layout.read(&self.rows) {
                 Ok((x, y, z)) => sink.point(x, y, z, place)?,
                 Err(found) => sink.invalid(place, || found)?,
             }

@@ -118,21 +118,24 @@ fn broken_documents() {
         ),
         (
             r#"{"type":"Point","coordinates":[1,]}"#,
-            &["byte 33: `]` where a value is due; this is no JSON"],
+            &["byte 32: trailing comma not enabled; this is no JSON"],
+        ),
+        (r#"{"type":"Point","coordinates":[1 2]}"#, &["byte 33: missing comma"]),
+        (
+            r#"{"type":"Point","coordinates":[01,2]}"#,
+            &["byte 31: malformed number"],
         ),
         (
-            r#"{"type":"Point","coordinates":[1 2]}"#,
-            &["`2` where a comma or the end of what is open is due"],
+            r#"{"type":"Point","coordinates":[1.,2]}"#,
+            &["byte 31: malformed number"],
         ),
-        (r#"{"type":"Point","coordinates":[01,2]}"#, &["`01` is no number"]),
-        (r#"{"type":"Point","coordinates":[1.,2]}"#, &["`1.` is no number"]),
         (
             r#"{"type":"Point","coordinates":[NaN,2]}"#,
-            &["`N` where a value is due"],
+            &["byte 31: malformed json"],
         ),
         (
             r#"{"type":"Point","coordinates":[nil,2]}"#,
-            &["`i` where true, false or null is due"],
+            &["byte 31: invalid literal"],
         ),
         (
             r#"{"type":"Point","coordinates":{}}"#,
@@ -175,14 +178,14 @@ fn broken_documents() {
             &["an object of type FeatureColl"],
         ),
         (r#"{"a":"b"#, &["the file ends in the middle of a value"]),
-        ("{\"a\":\"\n\"}", &[r"`\n` where the end of a string is due"]),
-        (r#"{"a" 1}"#, &["`1` where a colon is due"]),
-        (r#"{"a":"\x"}"#, &["`x` where an escape is due"]),
-        (r#"{"a":"\u12g4"}"#, &["`g` where four hexadecimal digits is due"]),
-        (r#"{1:2}"#, &["`1` where the name of a member is due"]),
+        ("{\"a\":\"\n\"}", &["byte 6: not escaped control character"]),
+        (r#"{"a" 1}"#, &["byte 5: missing colon"]),
+        (r#"{"a":"\x"}"#, &["byte 6: unknown escape sequence"]),
+        (r#"{"a":"\u12g4"}"#, &["byte 6: malformed escape sequence"]),
+        (r#"{1:2}"#, &["byte 1: expecting member name or object end"]),
         (
             r#"{"type":"Point","coordinates":[1,2]} x"#,
-            &["byte 37: `x` where a value is due"],
+            &["byte 37: malformed json"],
         ),
         (
             r#"{"type":"Point","coordinates":[1,2]} 7"#,
@@ -206,7 +209,31 @@ fn broken_documents() {
         read(&format!(r#"{{"a":{}}}"#, "[".repeat(200_000))),
         &["nesting deeper than 128"],
     );
-    assert_says(read(&format!(r#"{{"a":{}}}"#, "1".repeat(200_000))), &["is no number"]);
+    let digits = "1".repeat(200_000);
+    assert_says(
+        read(&format!(r#"{{"type":"Point","coordinates":[{digits},2]}}"#)),
+        &["record 0 (byte 30): x is inf, not a finite number"],
+    );
+    assert_says(
+        read(&format!(
+            r#"{{"type":"Point","coordinates":[{},2]}}"#,
+            digits.repeat(20)
+        )),
+        &["a name, number or string of more than 2097152 bytes"],
+    );
+    assert_says(
+        read(&format!(r#"{{"{}":2}}"#, digits.repeat(20))),
+        &["a name, number or string of more than 2097152 bytes"],
+    );
+    let passed_over = format!(
+        r#"{{"a":["{0}",{0}],"type":"Point","coordinates":[1,2]}}"#,
+        digits.repeat(20)
+    );
+    assert_eq!(read(&passed_over).unwrap().points, [(1.0, 2.0)]);
+    assert_says(
+        stream(b"{\"a\":\"\xfc\"}", &with_format(Format::GeoJson)),
+        &["byte 6: invalid UTF-8 data; this is no JSON, or not in UTF-8"],
+    );
     let long = format!(
         r#"{{"{0}":"{0}","type":"Point","coordinates":[1,2]}}"#,
         "long ".repeat(300_000)
