@@ -5,6 +5,8 @@
 
 use std::fmt;
 
+use super::directory::MAX_DIRECTORY;
+
 /// Bytes of a superblock, and the alignment of extents.
 pub(crate) const BLOCK: u64 = 4096;
 /// Where the first extent lies.
@@ -91,6 +93,7 @@ impl Superblock {
         let end = this.directory_offset.checked_add(this.directory_length);
         if this.directory_offset < FIRST_EXTENT
             || end.is_none_or(|end| end > this.file_length)
+            || this.directory_length > MAX_DIRECTORY
             || u64::from(this.root_length) > this.directory_length
             || u64::from(this.root_length) > MAX_FLATBUFFER
         {

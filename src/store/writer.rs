@@ -5,7 +5,7 @@ use std::io;
 use bytes::{Bytes, BytesMut};
 
 use super::Directory;
-use super::directory::Extent;
+use super::directory::{Extent, MAX_DIRECTORY};
 use super::superblock::{BLOCK, FIRST_EXTENT, FileId, MAX_FLATBUFFER, Superblock};
 use crate::io::WriteAt;
 
@@ -77,7 +77,7 @@ impl<W: WriteAt> TileWriter<W> {
     /// Returns the length of the file.
     pub(crate) async fn finish(mut self, directory: &Directory) -> io::Result<u64> {
         let (bytes, root_length, root_crc) = directory.encode();
-        if u64::from(root_length) > MAX_FLATBUFFER {
+        if u64::from(root_length) > MAX_FLATBUFFER || bytes.len() as u64 > MAX_DIRECTORY {
             let message = "the directory is larger than the format allows; use larger tiles";
             return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
         }
