@@ -22,6 +22,13 @@ const MAGIC: [u8; 8] = *b"DELTILES";
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FileId(pub u128);
 
+impl FileId {
+    /// The id of a file with this directory, which has the checksums of all else.
+    pub(crate) fn of(directory: &[u8]) -> Self {
+        Self(xxhash_rust::xxh3::xxh3_128(directory))
+    }
+}
+
 impl fmt::Display for FileId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:032x}", self.0)

@@ -88,7 +88,7 @@ impl<W: WriteAt> TileWriter<W> {
         self.flush().await?;
         self.file.sync().await?;
         let superblock = Superblock {
-            file_id: FileId(xxhash_rust::xxh3::xxh3_128(&bytes)),
+            file_id: FileId::of(&bytes),
             generation: 1,
             file_length: self.written,
             directory_offset,
