@@ -13,7 +13,7 @@ use tokio::sync::mpsc;
 use super::border::assemble;
 use super::border_log::{BorderLog, LateTriangle};
 use super::divide::{Division, divide};
-use super::leaf::{DuplicateFound, OpenSide, conquer};
+use super::leaf::{DuplicateFound, OpenSide, conquer, first_duplicate};
 use super::merge::merge;
 use super::node::{Seam, Workspace};
 use super::options::{BuildOptions, Phase};
@@ -83,8 +83,13 @@ pub(super) fn run(mut points: PointStore, options: &BuildOptions, sender: Sender
         cores.close();
     })?;
     let mut found = conquest.found.into_inner();
-    if let Some((_, DuplicateFound { point, records })) = found.duplicate {
-        return Err(BuildError::Duplicate { records, point });
+    if found.duplicate {
+        // Which leaf found one first depends on the threads; which one is reported does not.
+        let leaves = division.leaves.iter().map(|leaf| &points.items[leaf.clone()]);
+        let first = leaves.filter_map(|items| first_duplicate(items, &points.attributes));
+        if let Some((records, point)) = first.min_by_key(|(records, _)| (records[1], records[0])) {
+            return Err(BuildError::Duplicate { records, point });
+        }
     }
     if progress.is_cancelled() {
         return Err(BuildError::Cancelled);
@@ -126,8 +131,8 @@ struct Found {
     late: Vec<LateTriangle>,
     levels: Vec<LevelSummary>,
     duplicates: u64,
-    /// The duplicate of the first tile that has one, where duplicates are an error.
-    duplicate: Option<(TileId, DuplicateFound)>,
+    /// Whether a tile has a duplicate, where these are an error.
+    duplicate: bool,
 }
 
 impl<'a> Conquest<'a> {
@@ -180,11 +185,8 @@ impl<'a> Conquest<'a> {
         let duplicates = self.options.duplicates;
         let leaf = match conquer(workspace, items, &self.points.attributes, duplicates, tile, cell) {
             Ok(leaf) => leaf,
-            Err(duplicate) => {
-                let mut found = self.found.lock();
-                if found.duplicate.as_ref().is_none_or(|(first, _)| tile < *first) {
-                    found.duplicate = Some((tile, duplicate));
-                }
+            Err(DuplicateFound) => {
+                self.found.lock().duplicate = true;
                 return Err(Closed);
             }
         };
