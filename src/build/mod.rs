@@ -116,8 +116,7 @@ impl Builder {
     ///
     /// # Errors
     /// If a point is [not valid](crate::geometry::Point::is_valid) or a z not finite, the batch's arrays are not equally
-    /// long, the points outgrow the memory, or the build was
-    /// cancelled.
+    /// long, the points outgrow the memory, or the build was cancelled.
     pub async fn push(&mut self, batch: &PointBatch) -> Result<(), BuildError> {
         if self.options.progress.is_cancelled() {
             return Err(BuildError::Cancelled);
