@@ -49,7 +49,10 @@ fn check(points: &[Point]) {
             check_file(&reader, &vertices).await;
             assert_eq!(reader.digest().await.unwrap(), expected, "tiles of {tile_vertices}");
             let metadata = &reader.directory().metadata;
-            assert_eq!((metadata.points, metadata.vertices), (points.len() as u64, vertices.len() as u64));
+            assert_eq!(
+                (metadata.points, metadata.vertices),
+                (points.len() as u64, vertices.len() as u64)
+            );
         });
     }
 }
@@ -67,7 +70,11 @@ async fn check_file(reader: &TileReader, vertices: &[Point]) {
         assert!(matches!(found, Location::OnVertex(v) if v.point == p), "{found:?}");
     }
     let bounds = Rect::around(vertices.iter().copied());
-    for p in [Point::new(bounds.max_x + 1.0, 0.0), Point::new(f64::NAN, 0.0), Point::new(0.0, f64::INFINITY)] {
+    for p in [
+        Point::new(bounds.max_x + 1.0, 0.0),
+        Point::new(f64::NAN, 0.0),
+        Point::new(0.0, f64::INFINITY),
+    ] {
         if !bounds.contains(p) {
             assert_eq!(reader.locate(p.x, p.y).await.unwrap(), Location::Outside);
         }
@@ -89,7 +96,9 @@ fn few_points_and_points_on_a_line() {
     check(&points(&[(3.5, -1.0), (0.0, 1e9)]));
     check(&points(&[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]));
     for (dx, dy) in [(1.0, 0.0), (0.0, 1.0), (3.0, -7.0), (0.125, 1e6)] {
-        let line: Vec<_> = (0..100).map(|i| Point::new(dx * f64::from(i), dy * f64::from(i))).collect();
+        let line: Vec<_> = (0..100)
+            .map(|i| Point::new(dx * f64::from(i), dy * f64::from(i)))
+            .collect();
         check(&line);
         // One point beside the line.
         check(&[line.clone(), points(&[(50.5, 1e-9)])].concat());
@@ -107,7 +116,9 @@ fn equal_points() {
         check(&two);
     }
     let mut random = Random(1);
-    let few: Vec<_> = (0..800).map(|_| Point::new(random.below(3) as f64, random.below(3) as f64)).collect();
+    let few: Vec<_> = (0..800)
+        .map(|_| Point::new(random.below(3) as f64, random.below(3) as f64))
+        .collect();
     check(&few);
 }
 
@@ -126,19 +137,35 @@ fn magnitudes_far_apart_and_far_away() {
     check(&steps);
     let (least, most) = (Point::MIN_MAGNITUDE, Point::MAX_MAGNITUDE);
     let ends = [least, most, -least, -most, 0.0, 1.0];
-    let extremes: Vec<_> = ends.iter().flat_map(|&x| ends.iter().map(move |&y| Point::new(x, y))).collect();
+    let extremes: Vec<_> = ends
+        .iter()
+        .flat_map(|&x| ends.iter().map(move |&y| Point::new(x, y)))
+        .collect();
     check(&extremes);
 }
 
 #[test]
 fn coordinates_beyond_the_limits() {
     let scratch = Scratch::new();
-    for bad in [1e-60, -1e-60, 1e70, -1e70, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 5e-324, f64::MAX] {
+    for bad in [
+        1e-60,
+        -1e-60,
+        1e70,
+        -1e70,
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        5e-324,
+        f64::MAX,
+    ] {
         for point in [Point::new(bad, 1.0), Point::new(1.0, bad)] {
             let mut input = points_of(Kind::Uniform, 20, 1);
             input.insert(13, point);
             let result = in_time(build_batches(&scratch.path, &batches(&input, &[]), options(8)));
-            assert!(matches!(result, Err(BuildError::InvalidPoint { record: 13, .. })), "{result:?}");
+            assert!(
+                matches!(result, Err(BuildError::InvalidPoint { record: 13, .. })),
+                "{result:?}"
+            );
             assert_empty(scratch.folder.path());
         }
     }
@@ -173,7 +200,10 @@ fn batches_that_contradict_themselves() {
         }),
     ] {
         let result = in_time(build_batches(&scratch.path, &[bad.clone()], options(8)));
-        assert!(matches!(result, Err(BuildError::Batch { .. } | BuildError::InvalidZ { .. })), "{bad:?}: {result:?}");
+        assert!(
+            matches!(result, Err(BuildError::Batch { .. } | BuildError::InvalidZ { .. })),
+            "{bad:?}: {result:?}"
+        );
         assert_empty(scratch.folder.path());
     }
 }
@@ -199,7 +229,12 @@ fn permuted(random: &mut Random, set: &[(Point, f64)]) -> Vec<PointBatch> {
 fn which_duplicate_is_kept_does_not_depend_on_arrival() {
     let mut random = Random(3);
     let set: Vec<_> = (0..600)
-        .map(|_| (Point::new(random.below(12) as f64, random.below(12) as f64), random.below(4) as f64))
+        .map(|_| {
+            (
+                Point::new(random.below(12) as f64, random.below(12) as f64),
+                random.below(4) as f64,
+            )
+        })
         .collect();
     for (rule, better) in [
         (Duplicates::First, (|_, _| false) as fn(f64, f64) -> bool),
@@ -224,7 +259,8 @@ fn which_duplicate_is_kept_does_not_depend_on_arrival() {
                         for v in 0..tile.vertex_count() {
                             let mut here = set.iter().enumerate().filter(|(_, (p, _))| *p == tile.point(v));
                             let first = here.next().unwrap();
-                            let kept = here.fold(first, |best, next| if better(next.1.1, best.1.1) { next } else { best });
+                            let kept =
+                                here.fold(first, |best, next| if better(next.1.1, best.1.1) { next } else { best });
                             assert_eq!((tile.record(v), tile.z(v)), (kept.0 as u64, Some(kept.1.1)), "{rule}");
                         }
                     }
@@ -238,7 +274,9 @@ fn which_duplicate_is_kept_does_not_depend_on_arrival() {
 #[test]
 fn duplicates_as_an_error_are_the_same_two_records_always() {
     let mut random = Random(4);
-    let set: Vec<_> = (0..500).map(|_| (Point::new(random.below(40) as f64, random.below(40) as f64), 0.0)).collect();
+    let set: Vec<_> = (0..500)
+        .map(|_| (Point::new(random.below(40) as f64, random.below(40) as f64), 0.0))
+        .collect();
     // The first record that lies on an earlier one, and that one.
     let on_earlier = |i: usize| set[..i].iter().position(|s| s.0 == set[i].0);
     let later = (0..set.len()).find(|&i| on_earlier(i).is_some()).unwrap();
@@ -265,10 +303,7 @@ fn duplicates_as_an_error_are_the_same_two_records_always() {
 fn outputs_that_cannot_be() {
     let scratch = Scratch::new();
     let start = |path: &Path, force| {
-        let options = BuildOptions {
-            force,
-            ..options(8)
-        };
+        let options = BuildOptions { force, ..options(8) };
         Builder::new(path, options).map(|_| ())
     };
     fs::write(&scratch.path, "mine").unwrap();
@@ -278,7 +313,10 @@ fn outputs_that_cannot_be() {
     assert_eq!(fs::read(&scratch.path).unwrap(), b"mine");
     let folder = scratch.folder.path();
     assert!(matches!(start(folder, true), Err(BuildError::Io { .. })));
-    assert!(matches!(start(&folder.join("missing/a.tiles"), false), Err(BuildError::Io { .. })));
+    assert!(matches!(
+        start(&folder.join("missing/a.tiles"), false),
+        Err(BuildError::Io { .. })
+    ));
     assert!(matches!(start(Path::new("/"), true), Err(BuildError::Io { .. })));
     assert!(matches!(start(Path::new(""), true), Err(BuildError::Io { .. })));
     assert_eq!(fs::read_dir(folder).unwrap().count(), 1);
@@ -342,7 +380,12 @@ fn work_folders_of_others() {
     fs::create_dir(&partial).unwrap();
     fs::write(partial.join("lock"), "").unwrap();
     fs::write(partial.join("tiles"), "half a file").unwrap();
-    in_time(build_batches(&scratch.path, &batches(&points_of(Kind::Grid, 40, 1), &[]), options(8))).unwrap();
+    in_time(build_batches(
+        &scratch.path,
+        &batches(&points_of(Kind::Grid, 40, 1), &[]),
+        options(8),
+    ))
+    .unwrap();
     assert_eq!(fs::read_dir(scratch.folder.path()).unwrap().count(), 1);
 }
 
@@ -365,7 +408,11 @@ fn builds_that_are_given_up() {
         runtime.block_on(async {
             let batches = batches(&input, &[]);
             let building = build_batches(&scratch.path, &batches, options(8));
-            finished += usize::from(tokio::time::timeout(Duration::from_micros(micros), building).await.is_ok());
+            finished += usize::from(
+                tokio::time::timeout(Duration::from_micros(micros), building)
+                    .await
+                    .is_ok(),
+            );
         });
         let _ = fs::remove_file(&scratch.path);
         assert_empty(scratch.folder.path());
@@ -420,12 +467,12 @@ fn budgets_and_options_out_of_range() {
     let scratch = Scratch::new();
     let input = batches(&points_of(Kind::Uniform, 5000, 1), &[]);
     for memory in [0, 1, 100_000] {
-        let options = BuildOptions {
-            memory,
-            ..options(64)
-        };
+        let options = BuildOptions { memory, ..options(64) };
         let result = in_time(build_batches(&scratch.path, &input, options));
-        assert!(matches!(result, Err(BuildError::Memory { budget, .. }) if budget == memory), "{result:?}");
+        assert!(
+            matches!(result, Err(BuildError::Memory { budget, .. }) if budget == memory),
+            "{result:?}"
+        );
         assert_empty(scratch.folder.path());
     }
     for tile_vertices in [0, 1, 3, BuildOptions::MAX_TILE_VERTICES + 1, usize::MAX] {
@@ -433,11 +480,11 @@ fn budgets_and_options_out_of_range() {
         assert!(matches!(result, Err(BuildError::Option { .. })), "{result:?}");
     }
     for threads in [0, usize::MAX] {
-        let options = BuildOptions {
-            threads,
-            ..options(8)
-        };
-        assert!(matches!(Builder::new(&scratch.path, options), Err(BuildError::Option { .. })));
+        let options = BuildOptions { threads, ..options(8) };
+        assert!(matches!(
+            Builder::new(&scratch.path, options),
+            Err(BuildError::Option { .. })
+        ));
     }
     assert_empty(scratch.folder.path());
 }
@@ -466,7 +513,10 @@ fn more_threads_than_tiles() {
 fn a_full_disk() {
     let folder = tempfile::tempdir().unwrap();
     let mount = |args: &[&str]| {
-        let status = std::process::Command::new(args[0]).args(&args[1..]).arg(folder.path()).output();
+        let status = std::process::Command::new(args[0])
+            .args(&args[1..])
+            .arg(folder.path())
+            .output();
         status.is_ok_and(|output| output.status.success())
     };
     if !mount(&["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs"]) {

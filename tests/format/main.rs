@@ -46,7 +46,11 @@ fn the_page_has_the_fields_of_the_schemas() {
             let places = &page.places[name];
             assert_eq!(places.len(), fields.len(), "{name}");
             for ((found, place), (field, kind)) in places.iter().zip(fields) {
-                assert_eq!((found, place.offset, place.bytes), (field, offset, size(kind)), "{name}");
+                assert_eq!(
+                    (found, place.offset, place.bytes),
+                    (field, offset, size(kind)),
+                    "{name}"
+                );
                 offset += place.bytes;
             }
         } else {
@@ -54,7 +58,11 @@ fn the_page_has_the_fields_of_the_schemas() {
         }
     }
     let tables = page.places.len() + page.slots.len();
-    assert_eq!(tables, 1 + schemas.len(), "the page has one table for each of the schemas, and the superblock's");
+    assert_eq!(
+        tables,
+        1 + schemas.len(),
+        "the page has one table for each of the schemas, and the superblock's"
+    );
 }
 
 #[test]
@@ -110,7 +118,10 @@ fn limits_are_those_of_the_code() {
     let page = Page::read();
     assert_eq!(FORMAT_VERSION, 0);
     let (least, most) = (BuildOptions::MIN_TILE_VERTICES, BuildOptions::MAX_TILE_VERTICES);
-    assert_eq!(page.limits["vertices that a tile is cut for"], format!("{least} to {most}"));
+    assert_eq!(
+        page.limits["vertices that a tile is cut for"],
+        format!("{least} to {most}")
+    );
     let changes = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/schema/CHANGES.md")).unwrap();
     assert!(changes.contains(&format!("| {FORMAT_VERSION} |")));
 }
@@ -121,7 +132,10 @@ fn check(bytes: &[u8], points: &[Point], z: &[f64]) -> File {
     let directory = &file.directory;
     assert_eq!(directory.points, points.len() as u64);
     assert_eq!(directory.points - directory.duplicates, directory.vertices);
-    assert_eq!(directory.vertices, file.tiles.iter().map(|t| t.points.len() as u64).sum::<u64>());
+    assert_eq!(
+        directory.vertices,
+        file.tiles.iter().map(|t| t.points.len() as u64).sum::<u64>()
+    );
     assert_eq!(directory.has_z, !z.is_empty());
 
     let mut digest = Digest::default();
@@ -130,7 +144,11 @@ fn check(bytes: &[u8], points: &[Point], z: &[f64]) -> File {
         assert_eq!(tile.z.len(), if directory.has_z { tile.points.len() } else { 0 });
         for (v, &p) in tile.points.iter().enumerate() {
             assert_eq!(file.tile_at(p), number, "cells are half-open");
-            assert_eq!(p, points[tile.records[v] as usize].normalized(), "records are places in the input");
+            assert_eq!(
+                p,
+                points[tile.records[v] as usize].normalized(),
+                "records are places in the input"
+            );
             if directory.has_z {
                 assert_eq!(tile.z[v], z[tile.records[v] as usize]);
             }
@@ -154,11 +172,17 @@ fn check(bytes: &[u8], points: &[Point], z: &[f64]) -> File {
     assert_eq!(reader.file_id().0, file.file_id);
     assert_eq!((reader.generation(), reader.file_length()), (1, bytes.len() as u64));
     let metadata = &reader.directory().metadata;
-    assert_eq!((metadata.points, metadata.duplicates), (directory.points, directory.duplicates));
+    assert_eq!(
+        (metadata.points, metadata.duplicates),
+        (directory.points, directory.duplicates)
+    );
     assert_eq!(metadata.producer, directory.producer);
     assert_eq!(metadata.hull_edges, directory.hull_edges);
     for (entry, tile) in reader.directory().tiles.iter().zip(&file.tiles) {
-        assert_eq!((entry.core.offset, entry.border.offset), (tile.core_offset, tile.border_offset));
+        assert_eq!(
+            (entry.core.offset, entry.border.offset),
+            (tile.core_offset, tile.border_offset)
+        );
         let b = entry.bounds;
         assert_eq!([b.min_x, b.min_y, b.max_x, b.max_y], tile.bounds);
     }
@@ -193,7 +217,12 @@ fn check_sides(file: &File, number: usize) {
             assert_eq!(side < 3 * tile.core_triangles, in_core.contains(&vertex));
         }
     }
-    assert!(triangles[..tile.core_triangles].iter().flatten().all(|&corner| corner < own));
+    assert!(
+        triangles[..tile.core_triangles]
+            .iter()
+            .flatten()
+            .all(|&corner| corner < own)
+    );
     // The star of each vertex over all tiles is that of its own tile.
     let star = |t: usize, id: (usize, usize)| -> HashSet<Vec<(usize, usize)>> {
         let tile = &file.tiles[t];

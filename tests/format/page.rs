@@ -34,7 +34,9 @@ impl Page {
             if let Some(title) = line.strip_prefix("### ").or_else(|| line.strip_prefix("## ")) {
                 (heading, columns) = (title.to_owned(), Vec::new());
             }
-            let Some(row) = line.strip_prefix('|').and_then(|row| row.strip_suffix('|')) else { continue };
+            let Some(row) = line.strip_prefix('|').and_then(|row| row.strip_suffix('|')) else {
+                continue;
+            };
             let cells: Vec<String> = row.split('|').map(|c| c.trim().trim_matches('`').to_owned()).collect();
             if columns.is_empty() {
                 columns = cells;
@@ -49,7 +51,10 @@ impl Page {
                         offset: cells[0].parse().unwrap(),
                         bytes: cells[1].parse().unwrap(),
                     };
-                    this.places.entry(heading.clone()).or_default().push((cells[2].clone(), place));
+                    this.places
+                        .entry(heading.clone())
+                        .or_default()
+                        .push((cells[2].clone(), place));
                 }
                 ("slot", "field") => {
                     let slots = this.slots.entry(heading.clone()).or_default();
@@ -66,7 +71,10 @@ impl Page {
     }
 
     pub fn place(&self, table: &str, field: &str) -> Place {
-        let fields = self.places.get(table).unwrap_or_else(|| panic!("the page has no table {table}"));
+        let fields = self
+            .places
+            .get(table)
+            .unwrap_or_else(|| panic!("the page has no table {table}"));
         let found = fields.iter().find(|(name, _)| name == field);
         found.unwrap_or_else(|| panic!("the table {table} has no {field}")).1
     }
@@ -78,7 +86,10 @@ impl Page {
     }
 
     pub fn slot(&self, table: &str, field: &str) -> usize {
-        let fields = self.slots.get(table).unwrap_or_else(|| panic!("the page has no table {table}"));
+        let fields = self
+            .slots
+            .get(table)
+            .unwrap_or_else(|| panic!("the page has no table {table}"));
         let found = fields.iter().position(|(name, _)| name == field);
         found.unwrap_or_else(|| panic!("the table {table} has no {field}"))
     }

@@ -108,11 +108,16 @@ fn packed(page: &Page, table: Table<'_>, marks: u64) -> Vec<Result<u64, u64>> {
         word[..width].copy_from_slice(bytes);
         u64::from_le_bytes(word)
     });
-    values.map(|v| if largest - v < marks { Err(largest - v) } else { Ok(v) }).collect()
+    values
+        .map(|v| if largest - v < marks { Err(largest - v) } else { Ok(v) })
+        .collect()
 }
 
 fn unmarked(page: &Page, table: Table<'_>) -> Vec<usize> {
-    packed(page, table, 0).into_iter().map(|v| v.unwrap() as usize).collect()
+    packed(page, table, 0)
+        .into_iter()
+        .map(|v| v.unwrap() as usize)
+        .collect()
 }
 
 fn pairs(values: &[usize]) -> Vec<(usize, usize)> {
@@ -125,7 +130,11 @@ impl File {
     /// Reads a file as the writer leaves it, and checks what the page promises of its layout.
     pub fn read(page: &Page, bytes: &[u8]) -> Self {
         let block = page.size("Superblock");
-        assert_eq!(bytes[..block], bytes[block..2 * block], "a new file has twice the same superblock");
+        assert_eq!(
+            bytes[..block],
+            bytes[block..2 * block],
+            "a new file has twice the same superblock"
+        );
         let superblock = Fields {
             page,
             table: "Superblock",
@@ -135,7 +144,12 @@ impl File {
         assert_eq!((superblock.u32("version"), superblock.u32("features")), (0, 0));
         assert_eq!(superblock.u64("generation"), 1);
         assert_eq!(superblock.u64("file_length"), bytes.len() as u64);
-        assert!(superblock.raw("reserved", page.place("Superblock", "reserved").bytes).iter().all(|&b| b == 0));
+        assert!(
+            superblock
+                .raw("reserved", page.place("Superblock", "reserved").bytes)
+                .iter()
+                .all(|&b| b == 0)
+        );
         let crc = page.place("Superblock", "crc").offset;
         assert_eq!(superblock.u32("crc"), crc32c(&bytes[..crc]));
         let file_id = u128::from_le_bytes(superblock.raw("file_id", 16).try_into().unwrap());
@@ -143,8 +157,16 @@ impl File {
         let start = superblock.u64("directory_offset") as usize;
         assert_eq!((start % 4096, start >= 8192), (0, true));
         let whole = &bytes[start..];
-        assert_eq!(whole.len() as u64, superblock.u64("directory_length"), "the directory ends the file");
-        assert_eq!(file_id, xxhash_rust::xxh3::xxh3_128(whole), "the file id is the hash of the directory");
+        assert_eq!(
+            whole.len() as u64,
+            superblock.u64("directory_length"),
+            "the directory ends the file"
+        );
+        assert_eq!(
+            file_id,
+            xxhash_rust::xxh3::xxh3_128(whole),
+            "the file id is the hash of the directory"
+        );
         let (root, pages) = whole.split_at(superblock.u32("root_length") as usize);
         assert_eq!(root.len() % 8, 0);
         assert_eq!(crc32c(root), superblock.u32("root_crc"));
@@ -160,9 +182,20 @@ impl File {
             assert_eq!(crc32c(&bytes[offset..end]), crc);
             &bytes[offset..end]
         };
-        let entries: Vec<Fields<'_>> = entries.iter().map(|bytes| Fields { page, table: "TileEntry", bytes }).collect();
+        let entries: Vec<Fields<'_>> = entries
+            .iter()
+            .map(|bytes| Fields {
+                page,
+                table: "TileEntry",
+                bytes,
+            })
+            .collect();
         let part = |e: &Fields<'_>, p: &str| {
-            (e.u64(&format!("{p}_offset")), e.u32(&format!("{p}_length")), e.u32(&format!("{p}_crc")))
+            (
+                e.u64(&format!("{p}_offset")),
+                e.u32(&format!("{p}_length")),
+                e.u32(&format!("{p}_crc")),
+            )
         };
         let cores: Vec<_> = entries
             .iter()
@@ -178,7 +211,9 @@ impl File {
         assert!(bytes[end..start].iter().all(|&b| b == 0), "gaps are zero");
 
         let parts = entries.iter().zip(cores.into_iter().zip(borders)).zip(0..);
-        let tiles = parts.map(|((entry, (core, border)), id)| read_tile(page, entry, id, core, border)).collect();
+        let tiles = parts
+            .map(|((entry, (core, border)), id)| read_tile(page, entry, id, core, border))
+            .collect();
         Self {
             file_id,
             directory,
@@ -205,7 +240,10 @@ fn read_directory<'b>(page: &Page, root: &[u8], mut pages: &'b [u8]) -> (Directo
     let table = Table::root(root);
     let slot = |field| page.slot("Directory", field);
     let nodes = structs(page, "KdNode", table, slot("nodes"));
-    let nodes = nodes.iter().map(|n| (n.f64("cut"), n.u32("right"), n.u32("axis"))).collect();
+    let nodes = nodes
+        .iter()
+        .map(|n| (n.f64("cut"), n.u32("right"), n.u32("axis")))
+        .collect();
     let (mut entries, mut page_entries) = (Vec::new(), Vec::new());
     let mut offset = root.len() as u64;
     for extent in structs(page, "PageExtent", table, slot("pages")) {
@@ -224,7 +262,14 @@ fn read_directory<'b>(page: &Page, root: &[u8], mut pages: &'b [u8]) -> (Directo
     assert!(pages.is_empty());
     assert_eq!(table.u32(slot("tiles")) as usize, entries.len());
     let [vertices, triangles, hull_edges] = ["vertices", "triangles", "hull_edges"].map(|f| table.u64(slot(f)));
-    assert_eq!(hull_edges, if triangles == 0 { 0 } else { 2 * vertices - 2 - triangles });
+    assert_eq!(
+        hull_edges,
+        if triangles == 0 {
+            0
+        } else {
+            2 * vertices - 2 - triangles
+        }
+    );
     let bounds = ["min_x", "min_y", "max_x", "max_y"].map(|f| table.f64(slot(f)));
     let mut around = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
     for entry in &entries {
@@ -265,17 +310,24 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
     let tiles = [core.u32(in_core("tile")), border.u32(in_border("tile"))];
     assert_eq!(tiles, [id; 2]);
     let generations = [core.u32(in_core("generation")), border.u32(in_border("generation"))];
-    assert_eq!((generations, entry.u32("generation"), entry.u32("codec")), ([1; 2], 1, 0));
+    assert_eq!(
+        (generations, entry.u32("generation"), entry.u32("codec")),
+        ([1; 2], 1, 0)
+    );
     let doubles = |slot| {
         let (first, count) = core.vector(slot).unwrap_or((0, 0));
-        (0..count).map(|i| f64_at(core_bytes, first + 8 * i)).collect::<Vec<f64>>()
+        (0..count)
+            .map(|i| f64_at(core_bytes, first + 8 * i))
+            .collect::<Vec<f64>>()
     };
     let of_core = |field, marks| packed(page, core.table(in_core(field)).unwrap(), marks);
     let of_border = |field| unmarked(page, border.table(in_border(field)).unwrap());
     let side = |value: Result<u64, u64>| value.ok().map(|v| v as usize);
     let first_record = core.u64(in_core("first_record"));
-    let points: Vec<Point> =
-        doubles(in_core("coordinates")).chunks(2).map(|xy| Point::new(xy[0], xy[1])).collect();
+    let points: Vec<Point> = doubles(in_core("coordinates"))
+        .chunks(2)
+        .map(|xy| Point::new(xy[0], xy[1]))
+        .collect();
     let mut corners = unmarked(page, core.table(in_core("triangles")).unwrap());
     let core_triangles = corners.len() / 3;
     let late = of_border("triangles");
@@ -291,7 +343,13 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
     let foreign = structs(page, "ForeignVertex", border, in_border("foreign"));
     let foreign: Vec<_> = foreign
         .iter()
-        .map(|f| (Point::new(f.f64("x"), f.f64("y")), f.u32("tile") as usize, f.u32("index") as usize))
+        .map(|f| {
+            (
+                Point::new(f.f64("x"), f.f64("y")),
+                f.u32("tile") as usize,
+                f.u32("index") as usize,
+            )
+        })
         .collect();
     assert!(foreign.is_sorted_by_key(|f| (f.1, f.2)));
     assert!(foreign.iter().all(|f| f.1 != id as usize));
@@ -303,7 +361,10 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
         bounds: ["min_x", "min_y", "max_x", "max_y"].map(|f| entry.f64(f)),
         points,
         z: doubles(in_core("z")),
-        records: of_core("records", 0).into_iter().map(|r| first_record + r.unwrap()).collect(),
+        records: of_core("records", 0)
+            .into_iter()
+            .map(|r| first_record + r.unwrap())
+            .collect(),
         core_triangles,
         corners,
         neighbours: of_core("neighbours", 1).into_iter().map(side).collect(),
@@ -354,7 +415,11 @@ impl Tile {
         };
         match core {
             Some(other) => Across::Side(*other),
-            None => self.core_links.iter().find(|l| l.0 == side).map_or(Across::Hull, |l| Across::Side(l.1)),
+            None => self
+                .core_links
+                .iter()
+                .find(|l| l.0 == side)
+                .map_or(Across::Hull, |l| Across::Side(l.1)),
         }
     }
 

@@ -1,9 +1,9 @@
 //! The promise: a damaged or hostile file gives an error or the same answer, never a panic, a hang, a huge allocation or a
 //! wrong answer.
 
-mod surgery;
 #[path = "../support/mod.rs"]
 mod support;
+mod surgery;
 
 use std::io;
 use std::ops::Range;
@@ -38,11 +38,15 @@ fn patients() -> Vec<Patient> {
 
 fn patients_of(width: u32) -> Vec<Patient> {
     let n = width * width;
-    let grid: Vec<Point> = (0..n).map(|i| Point::new(f64::from(i % width), f64::from(i / width))).collect();
+    let grid: Vec<Point> = (0..n)
+        .map(|i| Point::new(f64::from(i % width), f64::from(i / width)))
+        .collect();
     let uniform = points_of(Kind::Uniform, n.into(), 1);
     let z: Vec<f64> = (0..n).map(f64::from).collect();
     let build = |points: &[Point], z: &[f64]| runtime().block_on(file_bytes(&batches(points, z), options()));
-    [build(&grid, &[]), build(&uniform, &[]), build(&uniform, &z)].map(Patient::new).into()
+    [build(&grid, &[]), build(&uniform, &[]), build(&uniform, &z)]
+        .map(Patient::new)
+        .into()
 }
 
 /// A file with a flipped bit, without a copy of the file.
@@ -91,7 +95,9 @@ async fn digest_of_source(source: impl ReadAt + 'static) -> Result<Digest, Strin
         })?;
         reader.digest().await.map_err(told)
     };
-    tokio::time::timeout(LONGEST, all).await.expect("no file takes that long")
+    tokio::time::timeout(LONGEST, all)
+        .await
+        .expect("no file takes that long")
 }
 
 /// The text of an error. Nobody cancels here: that would be a panic in disguise.
@@ -105,13 +111,24 @@ fn cut_off_anywhere() {
     for patient in patients() {
         let bytes = &patient.bytes;
         // Every length near the ends of parts, and every 61st elsewhere.
-        let parts = patient.cores.iter().chain(&patient.borders).chain(&patient.pages).chain([&patient.root]);
-        let ends: Vec<usize> = parts.flat_map(|p| [p.at, p.at + p.length]).chain([0, 4096, 8192, bytes.len()]).collect();
+        let parts = patient
+            .cores
+            .iter()
+            .chain(&patient.borders)
+            .chain(&patient.pages)
+            .chain([&patient.root]);
+        let ends: Vec<usize> = parts
+            .flat_map(|p| [p.at, p.at + p.length])
+            .chain([0, 4096, 8192, bytes.len()])
+            .collect();
         let lengths = (0..bytes.len()).filter(|&l| l % 61 == 0 || ends.iter().any(|end| end.abs_diff(l) < 9));
         runtime().block_on(async {
             for length in lengths {
                 let error = open_bytes(bytes[..length].to_vec()).await.err();
-                assert!(matches!(error, Some(ReadError::Invalid { .. })), "length {length}: {error:?}");
+                assert!(
+                    matches!(error, Some(ReadError::Invalid { .. })),
+                    "length {length}: {error:?}"
+                );
             }
         });
     }
@@ -123,7 +140,12 @@ fn bits_flipped_one_by_one() {
     for patient in patients_of(5).into_iter().step_by(2) {
         runtime().block_on(async {
             let right = digest_of(patient.bytes.clone()).await.unwrap();
-            let parts = patient.cores.iter().chain(&patient.borders).chain(&patient.pages).chain([&patient.root]);
+            let parts = patient
+                .cores
+                .iter()
+                .chain(&patient.borders)
+                .chain(&patient.pages)
+                .chain([&patient.root]);
             let mut bytes: Vec<usize> = parts.flat_map(|p| p.at..p.at + p.length).collect();
             // The fields of both superblocks, and some of the reserved bytes.
             bytes.extend((0..8192).filter(|at| matches!(at % 4096, 0..80 | 4088..) || at % 97 == 0));
@@ -138,7 +160,11 @@ fn bits_flipped_one_by_one() {
                     };
                     let found = digest_of_source(flipped).await;
                     assert!(found.is_err() || found == Ok(right), "bit {bit} of byte {at}");
-                    assert_eq!(found.is_ok(), at < 8192, "bit {bit} of byte {at}: one superblock may be damaged");
+                    assert_eq!(
+                        found.is_ok(),
+                        at < 8192,
+                        "bit {bit} of byte {at}: one superblock may be damaged"
+                    );
                 }
             }
         });
@@ -152,7 +178,12 @@ fn gaps_carry_no_meaning() {
         runtime().block_on(async {
             let right = digest_of(patient.bytes.clone()).await.unwrap();
             let mut bytes = patient.bytes.clone();
-            let mut parts: Vec<_> = patient.cores.iter().chain(&patient.borders).map(|p| (p.at, p.at + p.length)).collect();
+            let mut parts: Vec<_> = patient
+                .cores
+                .iter()
+                .chain(&patient.borders)
+                .map(|p| (p.at, p.at + p.length))
+                .collect();
             parts.push((patient.root.at, bytes.len()));
             let mut end = 8192;
             for (from, to) in parts {
@@ -185,8 +216,20 @@ fn one_superblock_is_enough() {
 /// How a part is changed.
 fn mutate(random: &mut Random, part: &mut [u8]) {
     /// Numbers that are likely to hurt.
-    const AWFUL: [u64; 12] =
-        [0, 1, 2, 7, 0x7f, 0xff, 0xffff, 0x7fff_ffff, 0xffff_ffff, u64::MAX >> 1, u64::MAX, 1 << 63];
+    const AWFUL: [u64; 12] = [
+        0,
+        1,
+        2,
+        7,
+        0x7f,
+        0xff,
+        0xffff,
+        0x7fff_ffff,
+        0xffff_ffff,
+        u64::MAX >> 1,
+        u64::MAX,
+        1 << 63,
+    ];
     for _ in 0..1 + random.below(3) {
         let value = match random.below(3) {
             0 => AWFUL[random.below(AWFUL.len())],
@@ -206,7 +249,9 @@ fn mutate(random: &mut Random, part: &mut [u8]) {
 
 /// Uses everything that a service would. Only what `verify` passes must be right.
 async fn use_all(bytes: Vec<u8>, right: &Digest, story: &str) -> Outcome {
-    let Ok(reader) = open_bytes(bytes).await.map_err(told) else { return Outcome::Refused };
+    let Ok(reader) = open_bytes(bytes).await.map_err(told) else {
+        return Outcome::Refused;
+    };
     let all = async {
         let mut whole = true;
         let mut points = Vec::new();
@@ -238,12 +283,26 @@ async fn use_all(bytes: Vec<u8>, right: &Digest, story: &str) -> Outcome {
             let digest = digest.unwrap();
             // Another place of a vertex may be right for other points, but then it must be right for those.
             assert_eq!(digest, reference(EngineKind::Native, &points), "{story}");
-            assert_eq!((report.vertices, report.triangles), (digest.vertices.count, digest.triangles.count), "{story}");
+            assert_eq!(
+                (report.vertices, report.triangles),
+                (digest.vertices.count, digest.triangles.count),
+                "{story}"
+            );
             let bounds = Rect::around(points.iter().copied());
             assert_eq!(reader.directory().metadata.bounds, bounds, "{story}");
-            assert!(points.iter().all(|p| p.x.to_bits() == p.normalized().x.to_bits()), "{story}");
-            assert!(points.iter().all(|p| p.y.to_bits() == p.normalized().y.to_bits()), "{story}");
-            if digest == *right { Outcome::Same } else { Outcome::OtherPoints }
+            assert!(
+                points.iter().all(|p| p.x.to_bits() == p.normalized().x.to_bits()),
+                "{story}"
+            );
+            assert!(
+                points.iter().all(|p| p.y.to_bits() == p.normalized().y.to_bits()),
+                "{story}"
+            );
+            if digest == *right {
+                Outcome::Same
+            } else {
+                Outcome::OtherPoints
+            }
         } else {
             Outcome::Found
         }
@@ -316,7 +375,10 @@ fn counts_beyond_the_file_are_refused() {
             fix_sums(&mut mutated);
             mutated.sew();
             let error = open_bytes(mutated.bytes).await.err();
-            assert!(matches!(error, Some(ReadError::Invalid { .. })), "field {field}: {error:?}");
+            assert!(
+                matches!(error, Some(ReadError::Invalid { .. })),
+                "field {field}: {error:?}"
+            );
         }
         // All tiles claim the same large extent.
         let mut mutated = patient.clone();
@@ -336,7 +398,11 @@ fn counts_beyond_the_file_are_refused() {
 /// Makes the root's sums of vertices and triangles those of the entries.
 fn fix_sums(patient: &mut Patient) {
     let sum = |field: usize| -> u64 {
-        patient.entries.iter().map(|e| u64::from(support::flat::u32_at(&patient.bytes, e + field))).sum()
+        patient
+            .entries
+            .iter()
+            .map(|e| u64::from(support::flat::u32_at(&patient.bytes, e + field)))
+            .sum()
     };
     let (vertices, triangles) = (sum(40), sum(52));
     let root = support::flat::Table::root(&patient.bytes[patient.root.at..]);
@@ -383,14 +449,30 @@ fn what_is_no_tile_file() {
     let text = "x,y\n1.5,2.5\n".repeat(2000).into_bytes();
     let mut magic = vec![0; 20_000];
     magic[..8].copy_from_slice(b"DELTILES");
-    let files = [Vec::new(), vec![0; 8192], vec![0; 100_000], noise, text, magic, b"DELTILES".to_vec()];
+    let files = [
+        Vec::new(),
+        vec![0; 8192],
+        vec![0; 100_000],
+        noise,
+        text,
+        magic,
+        b"DELTILES".to_vec(),
+    ];
     runtime().block_on(async {
         for bytes in files {
             std::fs::write(&path, &bytes).unwrap();
             let error = TileReader::open(&path, OpenOptions::default()).await.err();
-            assert!(matches!(error, Some(ReadError::Invalid { .. })), "{} bytes: {error:?}", bytes.len());
+            assert!(
+                matches!(error, Some(ReadError::Invalid { .. })),
+                "{} bytes: {error:?}",
+                bytes.len()
+            );
         }
-        for path in [folder.path().to_owned(), folder.path().join("missing"), path.join("below a file")] {
+        for path in [
+            folder.path().to_owned(),
+            folder.path().join("missing"),
+            path.join("below a file"),
+        ] {
             let error = TileReader::open(&path, OpenOptions::default()).await.err();
             assert!(matches!(error, Some(ReadError::Io { .. })), "{error:?}");
         }

@@ -64,7 +64,10 @@ impl Whole {
             Location::OnEdge { ends, triangle } => {
                 assert!(on_vertex.is_none(), "{p:?}");
                 self.check_triangle(&triangle);
-                assert!((0..3).any(|i| [triangle.vertices[i], triangle.vertices[(i + 1) % 3]] == ends), "{p:?}");
+                assert!(
+                    (0..3).any(|i| [triangle.vertices[i], triangle.vertices[(i + 1) % 3]] == ends),
+                    "{p:?}"
+                );
                 assert_eq!(orient2d(ends[0].point, ends[1].point, p), Orientation::Collinear);
                 assert!(Rect::around(ends.map(|v| v.point)).contains(p));
                 assert!((1..=2).contains(&around.len()), "{p:?}");
@@ -89,7 +92,12 @@ impl Whole {
         if rect.is_empty() {
             return Vec::new();
         }
-        let rect = Rect::new(flushed(rect.min_x), flushed(rect.min_y), flushed(rect.max_x), flushed(rect.max_y));
+        let rect = Rect::new(
+            flushed(rect.min_x),
+            flushed(rect.min_y),
+            flushed(rect.max_x),
+            flushed(rect.max_y),
+        );
         // A rectangle that is drawn in towards all points, so that it is finite.
         let b = self.bounds;
         let (min_x, min_y) = (rect.min_x.max(b.min_x - 1.0), rect.min_y.max(b.min_y - 1.0));
@@ -101,10 +109,16 @@ impl Whole {
         let meets = |t: &&[Vertex; 3]| {
             let t = t.map(|v| v.point);
             let sides = |q: &[Point]| (0..q.len()).map(|i| [q[i], q[(i + 1) % q.len()]]).collect::<Vec<_>>();
-            let holds = |p: Point| sides(&t).iter().all(|&[a, b]| orient2d(a, b, p) != Orientation::Clockwise);
+            let holds = |p: Point| {
+                sides(&t)
+                    .iter()
+                    .all(|&[a, b]| orient2d(a, b, p) != Orientation::Clockwise)
+            };
             t.iter().any(|&p| rect.contains(p))
                 || corners.iter().any(|&p| holds(p))
-                || sides(&t).iter().any(|&s| sides(&corners).iter().any(|&r| segments_meet(s, r)))
+                || sides(&t)
+                    .iter()
+                    .any(|&s| sides(&corners).iter().any(|&r| segments_meet(s, r)))
         };
         let mut found: Vec<_> = self.triangles.iter().filter(meets).map(named).collect();
         found.sort_unstable();
@@ -154,7 +168,10 @@ impl Whole {
             b,
         ];
         let targets = self.targets(random, count);
-        let targets: Vec<_> = targets.into_iter().filter(|p| p.x.abs() < 1e300 && p.y.is_finite()).collect();
+        let targets: Vec<_> = targets
+            .into_iter()
+            .filter(|p| p.x.abs() < 1e300 && p.y.is_finite())
+            .collect();
         for pair in targets[1..].chunks(2) {
             rects.push(Rect::around(pair.iter().copied()));
             // Degenerate ones: a point, and a segment along each axis.
@@ -172,7 +189,11 @@ fn flushed(v: f64) -> f64 {
 }
 
 fn pick<'a, T>(random: &mut Random, items: &'a [T]) -> Option<&'a T> {
-    if items.is_empty() { None } else { Some(&items[random.below(items.len())]) }
+    if items.is_empty() {
+        None
+    } else {
+        Some(&items[random.below(items.len())])
+    }
 }
 
 fn segments_meet([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
@@ -196,7 +217,10 @@ fn named(t: &[Vertex; 3]) -> [VertexId; 3] {
 
 async fn found_in(reader: &TileReader, rect: Rect) -> Vec<[VertexId; 3]> {
     let found: Vec<TriangleRef> = reader.triangles_in(rect).try_collect().await.unwrap();
-    assert!(found.is_sorted_by_key(|t| (t.tile, t.triangle)), "in the order of the tiles");
+    assert!(
+        found.is_sorted_by_key(|t| (t.tile, t.triangle)),
+        "in the order of the tiles"
+    );
     let mut found: Vec<_> = found.iter().map(|t| named(&t.vertices)).collect();
     found.sort_unstable();
     assert!(found.windows(2).all(|w| w[0] != w[1]), "each once");
@@ -231,7 +255,9 @@ fn locate_and_rectangles_agree_with_a_look_at_everything() {
 
 #[test]
 fn every_vertex_and_every_half_step_of_a_grid() {
-    let points: Vec<Point> = (0..144).map(|i| Point::new(f64::from(i % 12), f64::from(i / 12))).collect();
+    let points: Vec<Point> = (0..144)
+        .map(|i| Point::new(f64::from(i % 12), f64::from(i / 12)))
+        .collect();
     for tile_vertices in [8, 64, 65536] {
         runtime().block_on(async {
             let (_scratch, reader) = built(&points, options(tile_vertices)).await;
@@ -281,9 +307,13 @@ fn many_tasks_share_a_reader_with_a_tiny_cache() {
     let points = points_of(Kind::Clusters, 1500, 3);
     runtime().block_on(async {
         let scratch = Scratch::new();
-        build_batches(&scratch.path, &batches(&points, &[]), options(32)).await.unwrap();
+        build_batches(&scratch.path, &batches(&points, &[]), options(32))
+            .await
+            .unwrap();
         let cache = Cache::new(20_000);
-        let reader = TileReader::open(&scratch.path, OpenOptions::default().cache(&cache)).await.unwrap();
+        let reader = TileReader::open(&scratch.path, OpenOptions::default().cache(&cache))
+            .await
+            .unwrap();
         let whole = Arc::new(Whole::read(&reader).await);
         let tasks: Vec<_> = (0..32)
             .map(|seed| {
@@ -304,10 +334,16 @@ fn many_tasks_share_a_reader_with_a_tiny_cache() {
             })
             .collect();
         for task in tasks {
-            tokio::time::timeout(Duration::from_secs(60), task).await.unwrap().unwrap();
+            tokio::time::timeout(Duration::from_secs(60), task)
+                .await
+                .unwrap()
+                .unwrap();
         }
         let statistics = cache.statistics();
-        assert!(statistics.bytes <= 20_000 && statistics.evictions > 100, "{statistics:?}");
+        assert!(
+            statistics.bytes <= 20_000 && statistics.evictions > 100,
+            "{statistics:?}"
+        );
     });
 }
 
@@ -356,6 +392,9 @@ fn streams_may_be_sent_and_kept() {
         drop(reader);
         let tiles: Vec<_> = tiles.try_collect().await.unwrap();
         let triangles: Vec<_> = triangles.try_collect().await.unwrap();
-        assert_eq!(tiles.iter().map(|t| t.owned_triangles().count()).sum::<usize>(), triangles.len());
+        assert_eq!(
+            tiles.iter().map(|t| t.owned_triangles().count()).sum::<usize>(),
+            triangles.len()
+        );
     });
 }

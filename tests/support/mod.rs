@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
-use delaunay_tiles::mesh::{EngineKind, Triangulation};
 use delaunay_tiles::io::MemoryFile;
+use delaunay_tiles::mesh::{EngineKind, Triangulation};
 use delaunay_tiles::store::{Digest, OpenOptions, ReadError, TileReader};
 use distributions::Kind;
 

@@ -18,6 +18,8 @@
 
 mod points;
 mod star;
+#[cfg(test)]
+mod tests;
 mod tile;
 
 use std::collections::HashMap;
