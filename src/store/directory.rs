@@ -407,7 +407,7 @@ mod tests {
     #[test]
     fn many_sources_with_short_names_are_read() {
         let source = |i: u64| Source {
-            name: if i % 2 == 0 { String::new() } else { "a".to_owned() },
+            name: "a".repeat(i as usize % 2),
             records: i,
         };
         let directory = Directory {

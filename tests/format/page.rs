@@ -95,17 +95,29 @@ impl Page {
     }
 }
 
-/// What a schema declares: for each table and struct its fields and their types, in order.
-pub fn schemas() -> Vec<(bool, String, Vec<(String, String)>)> {
+/// A table or struct of a schema.
+pub struct Declared {
+    pub is_struct: bool,
+    pub name: String,
+    /// Names and types, in order.
+    pub fields: Vec<(String, String)>,
+}
+
+/// What the schemas declare.
+pub fn schemas() -> Vec<Declared> {
     let text = ["tile.fbs", "directory.fbs"].map(read).concat();
-    let mut found: Vec<(bool, String, Vec<(String, String)>)> = Vec::new();
+    let mut found: Vec<Declared> = Vec::new();
     for line in text.lines().map(|line| line.split("//").next().unwrap().trim()) {
         let words: Vec<&str> = line.split_whitespace().collect();
         if let [kind @ ("table" | "struct"), name, "{"] = words[..] {
-            found.push((kind == "struct", name.to_owned(), Vec::new()));
+            found.push(Declared {
+                is_struct: kind == "struct",
+                name: name.to_owned(),
+                fields: Vec::new(),
+            });
         } else if let Some((name, rest)) = line.split_once(':') {
             let kind = rest.trim_end_matches(';').replace("(required)", "");
-            let fields = &mut found.last_mut().unwrap().2;
+            let fields = &mut found.last_mut().unwrap().fields;
             fields.push((name.trim().to_owned(), kind.trim().to_owned()));
         }
     }
