@@ -26,14 +26,14 @@ struct EdgeSide {
 /// Joins the late triangles of a tile to each other and to its core.
 ///
 /// The result does not depend on the order of the triangles.
-pub(super) fn assemble<'t>(
+pub(super) fn assemble(
     tile: TileId,
     vertices: u32,
     core_triangles: u32,
     open_sides: &[OpenSide],
-    late: impl Iterator<Item = &'t LateTriangle>,
+    late: impl Iterator<Item = LateTriangle>,
 ) -> Border {
-    let late: Vec<&LateTriangle> = late.collect();
+    let late: Vec<LateTriangle> = late.collect();
     let mut foreign: Vec<SeamVertex> = late.iter().flat_map(|t| t.0).filter(|v| v.id.tile != tile).collect();
     foreign.sort_unstable_by_key(|v| v.id);
     foreign.dedup_by_key(|v| v.id);
@@ -43,7 +43,7 @@ pub(super) fn assemble<'t>(
     };
     let (mut owned, mut bounds) = (0, Rect::EMPTY);
     let mut triangles = Vec::with_capacity(late.len());
-    for LateTriangle(corners) in late {
+    for LateTriangle(corners) in &late {
         triangles.push(crate::mesh::smallest_first(corners.each_ref().map(corner)));
         let smallest = corners.iter().min_by(|a, b| a.point.lex_cmp(b.point));
         if smallest.is_some_and(|v| v.id.tile == tile) {
@@ -113,12 +113,7 @@ fn link(
 }
 
 /// A leaving side for each vertex of the tile that is a corner of the border but not of the core.
-fn vertex_sides(
-    triangles: &[[u32; 3]],
-    vertices: u32,
-    core_sides: u32,
-    open_sides: &[OpenSide],
-) -> Vec<(u32, u32)> {
+fn vertex_sides(triangles: &[[u32; 3]], vertices: u32, core_sides: u32, open_sides: &[OpenSide]) -> Vec<(u32, u32)> {
     // Where the star of a vertex lies partly in the core, an open side ends its core part.
     let mut in_core: Vec<u32> = open_sides.iter().flat_map(|o| [o.from, o.to]).collect();
     in_core.sort_unstable();

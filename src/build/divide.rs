@@ -55,7 +55,11 @@ struct Part {
 }
 
 fn cut_all(items: &mut [Item], tile_vertices: usize, threads: usize) -> Part {
-    let cut = if items.len() > tile_vertices { cut(items, tile_vertices) } else { None };
+    let cut = if items.len() > tile_vertices {
+        cut(items, tile_vertices)
+    } else {
+        None
+    };
     let Some((axis, cut, middle)) = cut else {
         return Part {
             nodes: vec![KdNode::Leaf(TileId(0))],
@@ -76,8 +80,14 @@ fn cut_all(items: &mut [Item], tile_vertices: usize, threads: usize) -> Part {
     };
     let first_right = left.nodes.len() as u32 + 1;
     let root = match axis {
-        Axis::X => KdNode::X { cut, right: first_right },
-        Axis::Y => KdNode::Y { cut, right: first_right },
+        Axis::X => KdNode::X {
+            cut,
+            right: first_right,
+        },
+        Axis::Y => KdNode::Y {
+            cut,
+            right: first_right,
+        },
     };
     let mut nodes = Vec::with_capacity(1 + left.nodes.len() + right.nodes.len());
     nodes.push(root);
@@ -136,11 +146,13 @@ fn cut(items: &mut [Item], tile_vertices: usize) -> Option<(Axis, f64, usize)> {
         cut = below.max_by(f64::total_cmp).expect("all below the maximum precede it");
         middle = 0;
     }
-    for index in middle..items.len() {
+    let mut index = middle;
+    while index < items.len() {
         if axis.of(&items[index]) <= cut {
             items.swap(index, middle);
             middle += 1;
         }
+        index += 1;
     }
     Some((axis, cut, middle))
 }
@@ -169,14 +181,16 @@ mod tests {
             for (leaf, tile) in division.leaves.iter().zip(0..) {
                 let leaf = &items[leaf.clone()];
                 prop_assert!(!leaf.is_empty());
-                prop_assert!(leaf.len() <= tile_vertices || leaf.iter().all(|i| i.point == leaf[0].point));
+                let first = leaf[0].point;
+                let equal = leaf.iter().map(|item| item.point).all(|p| p == first);
+                prop_assert!(leaf.len() <= tile_vertices || equal);
                 for item in leaf {
                     prop_assert_eq!(division.tree.tile_at(item.point), Some(TileId(tile)));
                 }
             }
             let mut positions: Vec<_> = items.iter().map(|item| item.position).collect();
             positions.sort_unstable();
-            prop_assert_eq!(positions, (0..points.len() as u64).collect::<Vec<_>>());
+            prop_assert_eq!(positions, (0..points.len() as u32).collect::<Vec<_>>());
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::geometry::Point;
 #[non_exhaustive]
 pub enum BuildError {
     /// The system refused.
-    #[error("{path}: cannot {what}: {source}", path = path.display())]
+    #[error("{path}: cannot {what}", path = path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
@@ -78,7 +78,11 @@ pub enum BuildError {
         point: Point,
     },
     /// The points do not fit in the memory that the build may use.
-    #[error("{points} points and the work on them need {needed} bytes of memory, and {budget} are allowed")]
+    #[error(
+        "the first {points} points and the work on them need {needed} MiB of memory, and {budget} MiB are allowed; allow \
+         more, or use fewer threads or smaller tiles",
+        needed = needed.div_ceil(1 << 20), budget = budget >> 20
+    )]
     Memory {
         /// Points so far.
         points: u64,
@@ -87,6 +91,9 @@ pub enum BuildError {
         /// Bytes allowed.
         budget: u64,
     },
+    /// There are more points than a build numbers.
+    #[error("there are more than {0} points, the most that a build takes")]
+    TooManyPoints(usize),
     /// There would be more tiles than a directory holds.
     #[error("there would be {tiles} tiles, and a file holds {max}; use larger tiles")]
     TooManyTiles {

@@ -142,18 +142,17 @@ fn numbered_by_appearance(triangles: &[[u32; 3]], vertices: usize) -> Vec<u32> {
             next += 1;
         }
     };
-    triangles.as_flattened().iter().for_each(|&vertex| name(vertex as usize));
+    triangles
+        .as_flattened()
+        .iter()
+        .for_each(|&vertex| name(vertex as usize));
     // Without triangles, all are left.
     (0..vertices).for_each(name);
     number
 }
 
 /// One item for each place, in the order in which places come first.
-fn merge_duplicates(
-    items: &[Item],
-    attributes: &Attributes,
-    rule: Duplicates,
-) -> Result<Vec<Item>, DuplicateFound> {
+fn merge_duplicates(items: &[Item], attributes: &Attributes, rule: Duplicates) -> Result<Vec<Item>, DuplicateFound> {
     const EMPTY: u32 = u32::MAX;
     // A leaf that is fuller than the largest tile has all its points at one place.
     let places = items.len().min(BuildOptions::MAX_TILE_VERTICES);
@@ -172,7 +171,7 @@ fn merge_duplicates(
                     kept.push(*item);
                     break;
                 }
-                found if kept[found as usize].point == item.point => {
+                found if { kept[found as usize].point } == { item.point } => {
                     let known = &mut kept[found as usize];
                     if rule == Duplicates::Error {
                         return Err(DuplicateFound);

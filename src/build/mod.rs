@@ -1,9 +1,9 @@
 //! From points to a tile file: divide, conquer, merge, borders.
 //!
 //! ```text
-//! push ──▶ point_store ──▶ divide ──▶ leaf ──▶ merge ──▶ border ──▶ work_folder ──▶ OUT
-//!          all points      k-d tree   cores    late       the rest   publish
-//!                          and cells  seams    triangles  of tiles
+//! push ──▶ point_store ──▶ divide ──▶ leaf ──▶ merge ──▶ border_log ──▶ border ──▶ work_folder ──▶ OUT
+//!          all points      k-d tree   cores    late       spilled       the rest   publish
+//!                          and cells  seams    triangles  by bucket     of tiles
 //!                                       └─ node ─┘
 //! ```
 //!
@@ -132,6 +132,9 @@ impl Builder {
         if let Some((&point, &record)) = invalid {
             return Err(BuildError::InvalidPoint { record, point });
         }
+        if batch.points.len() > PointStore::MAX_POINTS - self.points.items.len() {
+            return Err(BuildError::TooManyPoints(PointStore::MAX_POINTS));
+        }
         self.has_z |= !batch.z.is_empty();
         self.points.push(batch);
         self.check_memory()?;
@@ -172,12 +175,19 @@ impl Builder {
         let file = ThreadsFile::create(&path).map_err(cannot("make the file"))?;
         let mut writer = TileWriter::new(file);
         let count = self.points.items.len() as u64;
-        let (sender, mut extents) = mpsc::channel(2 * self.options.threads);
+        let (sender, mut extents) = mpsc::channel(self.options.threads);
         let (reply, computed) = oneshot::channel();
         let (points, options) = (self.points, Arc::clone(&self.options));
+        let spill_folder = options
+            .work_folder
+            .clone()
+            .unwrap_or_else(|| self.folder.path().to_owned());
         thread::Builder::new()
             .name("tile-build".to_owned())
-            .spawn(move || reply.send(pipeline::run(points, &options, sender)))
+            .spawn(move || {
+                // If nobody waits for the answer any more, nobody needs it.
+                let _ = reply.send(pipeline::run(points, &options, &spill_folder, sender));
+            })
             .map_err(cannot("start a thread to build"))?;
 
         let (mut cores, mut borders) = (Vec::new(), Vec::new());
@@ -185,7 +195,9 @@ impl Builder {
             // A failed write drops the channel, which stops the computing threads.
             let appended = match extent {
                 pipeline::Extent::Core(bytes) => writer.append_core(&bytes).await.map(|extent| cores.push(extent)),
-                pipeline::Extent::Border(bytes) => writer.append_border(&bytes).await.map(|extent| borders.push(extent)),
+                pipeline::Extent::Border(bytes) => {
+                    writer.append_border(&bytes).await.map(|extent| borders.push(extent))
+                }
             };
             appended.map_err(cannot("write"))?;
         }
@@ -212,8 +224,16 @@ impl Builder {
         }
         self.folder.publish()?;
         let bytes = |extents: &[Extent]| extents.iter().map(|e| u64::from(e.length)).sum::<u64>();
-        let written = [0, 0, bytes(&cores), bytes(&borders), file_bytes - written_before];
-        Ok(summary(&computed, &directory, self.began, written, file_bytes))
+        let spilled = computed.spilled_bytes;
+        let read = [0, 0, 0, spilled, 0];
+        let written = [
+            0,
+            0,
+            bytes(&cores) + spilled,
+            bytes(&borders),
+            file_bytes - written_before,
+        ];
+        Ok(summary(&computed, &directory, self.began, [read, written], file_bytes))
     }
 }
 
@@ -255,7 +275,7 @@ fn summary(
     computed: &Computed,
     directory: &Directory,
     began: Instant,
-    written: [u64; 5],
+    [read, written]: [[u64; 5]; 2],
     file_bytes: u64,
 ) -> BuildSummary {
     let metadata = &directory.metadata;
@@ -274,10 +294,11 @@ fn summary(
         phases: starts
             .iter()
             .zip(ends)
-            .zip(written)
-            .map(|((&(phase, start), end), bytes_written)| PhaseSummary {
+            .zip(read.into_iter().zip(written))
+            .map(|((&(phase, start), end), (bytes_read, bytes_written))| PhaseSummary {
                 phase,
                 time: end - start,
+                bytes_read,
                 bytes_written,
             })
             .collect(),

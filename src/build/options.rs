@@ -27,7 +27,7 @@ pub struct BuildOptions {
     pub duplicates: Duplicates,
     /// Whether an output that exists is replaced.
     pub force: bool,
-    /// Where work files go; without it a folder beside the output.
+    /// The folder that work is spilled to; without it that beside the output in which the file is completed.
     pub work_folder: Option<PathBuf>,
     /// How far the build is, for others to look at, and the way to stop it.
     pub progress: Arc<Progress>,
@@ -150,7 +150,11 @@ impl Progress {
     #[must_use]
     pub fn state(&self) -> (Phase, u64, u64) {
         let phase = Phase::ALL[usize::from(self.phase.load(Ordering::Relaxed))];
-        (phase, self.done.load(Ordering::Relaxed), self.total.load(Ordering::Relaxed))
+        (
+            phase,
+            self.done.load(Ordering::Relaxed),
+            self.total.load(Ordering::Relaxed),
+        )
     }
 
     /// Points that went through the phase so far.

@@ -2,7 +2,9 @@
 //!
 //! Runs on threads of its own; what is to be written goes through a bounded channel, in the order of the file.
 
+use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 use std::thread;
 use std::time::Instant;
 
@@ -11,7 +13,7 @@ use parking_lot::Mutex;
 use tokio::sync::mpsc;
 
 use super::border::assemble;
-use super::border_log::{BorderLog, LateTriangle};
+use super::border_log::BorderLog;
 use super::divide::{Division, divide};
 use super::leaf::{DuplicateFound, OpenSide, conquer, first_duplicate};
 use super::merge::merge;
@@ -50,6 +52,8 @@ pub(super) struct Computed {
     pub(super) tiles: Vec<TileState>,
     pub(super) duplicates: u64,
     pub(super) late_triangles: u64,
+    /// Bytes of the border log that were written and read back.
+    pub(super) spilled_bytes: u64,
     pub(super) levels: Vec<LevelSummary>,
     /// When each phase began that has begun here.
     pub(super) began: Vec<(Phase, Instant)>,
@@ -58,7 +62,15 @@ pub(super) struct Computed {
 type Sender = mpsc::Sender<Extent>;
 
 /// Runs all phases. The channel closes at the end.
-pub(super) fn run(mut points: PointStore, options: &BuildOptions, sender: Sender) -> Result<Computed, BuildError> {
+///
+/// `folder` is where the border log is spilled.
+pub(super) fn run(
+    mut points: PointStore,
+    options: &BuildOptions,
+    folder: &Path,
+    sender: Sender,
+) -> Result<Computed, BuildError> {
+    let spilling = |error: io::Error| BuildError::io(folder, "spill the border log in", error);
     let progress = &options.progress;
     let mut began = Vec::new();
     let mut start = |phase, total| {
@@ -73,16 +85,25 @@ pub(super) fn run(mut points: PointStore, options: &BuildOptions, sender: Sender
     }
 
     start(Phase::Conquer, tiles as u64);
-    let conquest = Conquest::new(&division, &points, options);
-    let window = 4 * options.threads as u32;
+    let log = BorderLog::create(folder, tiles as u32, options.tile_vertices).map_err(spilling)?;
+    let conquest = Conquest::new(&division, &points, options, log);
+    let window = 2 * options.threads as u32;
     let cores = Ordered::new(window, |_, core| {
         sender.blocking_send(Extent::Core(core)).map_err(|_| Closed)
     });
-    on_threads(options.threads, || conquest.work(&cores), || {
-        conquest.board.stop();
-        cores.close();
-    })?;
-    let mut found = conquest.found.into_inner();
+    on_threads(
+        options.threads,
+        || conquest.work(&cores),
+        || {
+            conquest.board.stop();
+            cores.close();
+        },
+    )?;
+    let Conquest { log, found, .. } = conquest;
+    let mut found = found.into_inner();
+    if let Some(error) = found.spilling.take() {
+        return Err(spilling(error));
+    }
     if found.duplicate {
         // Which leaf found one first depends on the threads; which one is reported does not.
         let leaves = division.leaves.iter().map(|leaf| &points.items[leaf.clone()]);
@@ -97,9 +118,9 @@ pub(super) fn run(mut points: PointStore, options: &BuildOptions, sender: Sender
     drop(points);
 
     start(Phase::Borders, tiles as u64);
-    let late_triangles = found.late.len() as u64;
-    let log = BorderLog::new(std::mem::take(&mut found.late), tiles);
-    write_borders(&mut found.tiles, &log, options, &sender)?;
+    let mut log = log.into_inner();
+    let (late_triangles, spilled_bytes) = (log.triangle_count(), log.spilled_bytes());
+    write_borders(&mut found.tiles, &mut log, options, &sender, spilling)?;
     if progress.is_cancelled() {
         return Err(BuildError::Cancelled);
     }
@@ -109,6 +130,7 @@ pub(super) fn run(mut points: PointStore, options: &BuildOptions, sender: Sender
         tiles: found.tiles,
         duplicates: found.duplicates,
         late_triangles,
+        spilled_bytes,
         levels: found.levels,
         began,
     })
@@ -121,6 +143,7 @@ struct Conquest<'a> {
     cells: Vec<Rect>,
     points: &'a PointStore,
     options: &'a BuildOptions,
+    log: Mutex<BorderLog>,
     found: Mutex<Found>,
 }
 
@@ -128,7 +151,8 @@ struct Conquest<'a> {
 #[derive(Default)]
 struct Found {
     tiles: Vec<TileState>,
-    late: Vec<LateTriangle>,
+    /// Why the border log could not be spilled.
+    spilling: Option<io::Error>,
     levels: Vec<LevelSummary>,
     duplicates: u64,
     /// Whether a tile has a duplicate, where these are an error.
@@ -136,7 +160,7 @@ struct Found {
 }
 
 impl<'a> Conquest<'a> {
-    fn new(division: &'a Division, points: &'a PointStore, options: &'a BuildOptions) -> Self {
+    fn new(division: &'a Division, points: &'a PointStore, options: &'a BuildOptions, log: BorderLog) -> Self {
         let mut tiles = Vec::new();
         tiles.resize_with(division.leaves.len(), TileState::default);
         Self {
@@ -145,6 +169,7 @@ impl<'a> Conquest<'a> {
             division,
             points,
             options,
+            log: Mutex::new(log),
             found: Mutex::new(Found {
                 tiles,
                 ..Found::default()
@@ -158,7 +183,7 @@ impl<'a> Conquest<'a> {
         while let Some(task) = self.board.take() {
             let (node, done) = match task {
                 Task::Leaf { node, tile } => (node, self.leaf(&mut workspace, node, tile, cores)),
-                Task::Merge { node, seams } => (node, Ok(self.merge(&mut workspace, node, &seams))),
+                Task::Merge { node, seams } => (node, self.merge(&mut workspace, node, &seams)),
             };
             match done {
                 Ok(seam) if !self.options.progress.is_cancelled() => self.board.done(node, seam),
@@ -209,14 +234,18 @@ impl<'a> Conquest<'a> {
         Ok(leaf.seam)
     }
 
-    fn merge(&self, workspace: &mut Workspace, node: u32, seams: &[Seam]) -> Seam {
+    fn merge(&self, workspace: &mut Workspace, node: u32, seams: &[Seam]) -> Result<Seam, Closed> {
         let _span = tracing::debug_span!("merge", node, seams = seams.len()).entered();
         let vertices = seams.iter().map(|seam| seam.vertices.len()).sum();
         let (late, seam) = merge(workspace, seams, self.cells[node as usize]);
+        let appended = self.log.lock().append(&late);
         let mut found = self.found.lock();
         found.count(vertices, late.len(), &seam);
-        found.late.extend(late);
-        seam
+        if let Err(error) = appended {
+            found.spilling = Some(error);
+            return Err(Closed);
+        }
+        Ok(seam)
     }
 }
 
@@ -234,38 +263,47 @@ impl Found {
     }
 }
 
-/// Assembles the borders of all tiles and sends them in order.
+/// Assembles the borders of all tiles, bucket by bucket, and sends them in order.
 fn write_borders(
     tiles: &mut [TileState],
-    log: &BorderLog,
+    log: &mut BorderLog,
     options: &BuildOptions,
     sender: &Sender,
+    spilling: impl Fn(io::Error) -> BuildError,
 ) -> Result<(), BuildError> {
     let progress = &options.progress;
-    let next = Mutex::new((0u32..).zip(tiles.iter_mut()));
-    let borders = Ordered::new(4 * options.threads as u32, |_, border| {
+    let borders = Ordered::new(2 * options.threads as u32, |_, border| {
         sender.blocking_send(Extent::Border(border)).map_err(|_| Closed)
     });
-    let work = || {
-        loop {
-            let Some((number, state)) = next.lock().next() else { return };
-            if progress.is_cancelled() || borders.begin(number).is_err() {
-                borders.close();
-                return;
+    for number in 0..log.bucket_count() {
+        let bucket = log.take_bucket(number).map_err(&spilling)?;
+        let group = bucket.tiles();
+        let states = &mut tiles[group.start as usize..group.end as usize];
+        let next = Mutex::new(group.zip(states));
+        let work = || {
+            loop {
+                let Some((number, state)) = next.lock().next() else {
+                    return;
+                };
+                if progress.is_cancelled() || borders.begin(number).is_err() {
+                    borders.close();
+                    return;
+                }
+                let tile = TileId(number);
+                let sides = std::mem::take(&mut state.open_sides);
+                let border = assemble(tile, state.vertices, state.core_triangles, &sides, bucket.of_tile(tile));
+                state.border_triangles = border.draft.triangles.len() as u32;
+                state.owned_triangles = state.core_triangles + border.owned;
+                state.bounds = state.bounds.map(|bounds| bounds.union(border.bounds));
+                if borders.put(number, border.draft.encode(tile, GENERATION)).is_err() {
+                    return;
+                }
+                progress.advance(1, u64::from(state.vertices));
             }
-            let tile = TileId(number);
-            let sides = std::mem::take(&mut state.open_sides);
-            let border = assemble(tile, state.vertices, state.core_triangles, &sides, log.of_tile(tile));
-            state.border_triangles = border.draft.triangles.len() as u32;
-            state.owned_triangles = state.core_triangles + border.owned;
-            state.bounds = state.bounds.map(|bounds| bounds.union(border.bounds));
-            if borders.put(number, border.draft.encode(tile, GENERATION)).is_err() {
-                return;
-            }
-            progress.advance(1, u64::from(state.vertices));
-        }
-    };
-    on_threads(options.threads, work, || borders.close())
+        };
+        on_threads(options.threads, work, || borders.close())?;
+    }
+    Ok(())
 }
 
 /// Runs the same work on several threads. A panic in one calls `abort`, so that the others do not wait for it.

@@ -38,7 +38,9 @@ pub struct PhaseSummary {
     pub phase: Phase,
     /// From its start to its end.
     pub time: Duration,
-    /// Bytes written in it.
+    /// Bytes of work files read in it.
+    pub bytes_read: u64,
+    /// Bytes of work files and of the tile file written in it.
     pub bytes_written: u64,
 }
 

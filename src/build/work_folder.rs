@@ -26,7 +26,11 @@ impl WorkFolder {
     /// A folder with anything in it that no build leaves there is not touched.
     pub(super) fn create(output: &Path, force: bool) -> Result<Self, BuildError> {
         if output.is_dir() || output.file_name().is_none() {
-            return Err(BuildError::io(output, "write a file under this name", io::ErrorKind::IsADirectory.into()));
+            return Err(BuildError::io(
+                output,
+                "write a file under this name",
+                io::ErrorKind::IsADirectory.into(),
+            ));
         }
         if !force && output.exists() {
             return Err(BuildError::OutputExists(output.to_owned()));
@@ -42,7 +46,8 @@ impl WorkFolder {
                     path,
                     _lock: lock,
                 };
-                this.empty().map_err(|e| BuildError::io(&this.path, "empty the work folder", e))?;
+                this.empty()
+                    .map_err(|e| BuildError::io(&this.path, "empty the work folder", e))?;
                 return Ok(this);
             }
         }
@@ -54,6 +59,11 @@ impl WorkFolder {
             Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
             _ => Ok(()),
         }
+    }
+
+    /// The folder.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
     }
 
     /// Where the file is completed.

@@ -76,13 +76,9 @@ enum Axis {
 /// The divide-and-conquer engine, with the memory that it keeps between calls.
 #[derive(Default)]
 pub(super) struct DivideConquer {
-    /// The points, as they are cut, with their index in the caller's array.
+    /// The points in the order of the cuts, with their index in the caller's array; vertices are positions in it.
     keyed: Vec<(Point, u32)>,
-    /// The points in the order of the cuts; vertices are positions in it.
-    points: Vec<Point>,
     triangles: Vec<Tri>,
-    /// For each triangle its number in the result, [`NONE`] for ghosts.
-    renumbered: Vec<u32>,
 }
 
 impl Engine for DivideConquer {
@@ -94,8 +90,6 @@ impl Engine for DivideConquer {
         }
         self.keyed.clear();
         self.keyed.extend(points.iter().zip(0u32..).map(|(&p, i)| (p, i)));
-        self.points.clear();
-        self.points.reserve(points.len());
         self.triangles.clear();
         self.triangles.reserve(2 * points.len());
         let hull = self.conquer(0, points.len(), Rect::around(points.iter().copied()));
@@ -107,21 +101,15 @@ impl DivideConquer {
     /// Triangulates the points `from..to`, two at least, which lie in `cell`: cuts, conquers both halves, merges.
     fn conquer(&mut self, from: usize, to: usize, cell: Rect) -> Hull {
         if to - from <= 3 {
-            self.keyed[from..to].sort_unstable_by(|a, b| a.0.lex_cmp(b.0));
-            self.points.extend(self.keyed[from..to].iter().map(|k| k.0));
-            return if to - from == 2 {
-                self.edge(from as u32)
-            } else {
-                self.three(from as u32)
-            };
+            return self.conquer_few(from, to);
         }
         let (width, height) = cell.size();
         let axis = if width >= height { Axis::X } else { Axis::Y };
         let half = (to - from) / 2;
         let part = &mut self.keyed[from..to];
         match axis {
-            Axis::X => part.select_nth_unstable_by(half, |a, b| a.0.lex_cmp(b.0)),
-            Axis::Y => part.select_nth_unstable_by(half, |a, b| yx_cmp(a.0, b.0)),
+            Axis::X => part.select_nth_unstable_by(half, |a, b| by_less(a.0, b.0, xy_less)),
+            Axis::Y => part.select_nth_unstable_by(half, |a, b| by_less(a.0, b.0, yx_less)),
         };
         let cut = self.keyed[from + half].0;
         let (mut low, mut high) = (cell, cell);
@@ -132,6 +120,26 @@ impl DivideConquer {
         let left = self.conquer(from, from + half, low);
         let right = self.conquer(from + half, to, high);
         self.merge(left, right, axis)
+    }
+
+    /// Two points or three.
+    fn conquer_few(&mut self, from: usize, to: usize) -> Hull {
+        let part = &mut self.keyed[from..to];
+        let mut order = |i: usize, j: usize| {
+            if xy_less(part[j].0, part[i].0) {
+                part.swap(i, j);
+            }
+        };
+        order(0, 1);
+        if to - from == 3 {
+            order(1, 2);
+            order(0, 1);
+        }
+        if to - from == 2 {
+            self.edge(from as u32)
+        } else {
+            self.three(from as u32)
+        }
     }
 
     /// Two points, in lexicographic order: an edge with a ghost on either side.
@@ -287,8 +295,8 @@ impl DivideConquer {
         let (mut leaves_l, mut leaves_r) = match axis {
             Axis::X => (left.max, right.min),
             Axis::Y => (
-                self.climb(left.max, |here, next| yx_cmp(here, next).is_lt()),
-                self.climb(right.min, |here, next| yx_cmp(here, next).is_gt()),
+                self.climb(left.max, yx_less),
+                self.climb(right.min, |here, next| yx_less(next, here)),
             ),
         };
         loop {
@@ -361,40 +369,66 @@ impl DivideConquer {
 
     /// Writes the triangles that are no ghosts, in the caller's indices.
     fn emit(&mut self, points: &[Point], hull: Hull, mesh: &mut Triangulation) {
-        mesh.clear();
-        self.renumbered.clear();
-        let mut count = 0;
-        for triangle in &self.triangles {
-            let ghost = triangle.corners.contains(&GHOST);
-            self.renumbered.push(if ghost { NONE } else { count });
-            count += u32::from(!ghost);
-        }
-        if count == 0 {
-            mesh.set_collinear(points);
-            return;
-        }
-        mesh.triangles.reserve(count as usize);
-        mesh.neighbours.reserve(count as usize);
-        for triangle in self.triangles.iter().filter(|t| !t.corners.contains(&GHOST)) {
-            mesh.triangles.push(triangle.corners.map(|v| self.keyed[v as usize].1));
-            mesh.neighbours
-                .push(triangle.twins.map(|twin| match self.renumbered[twin.triangle()] {
-                    NONE => NONE,
-                    number => 3 * number + twin.corner() as u32,
-                }));
-        }
         let mut ghost = hull.min;
+        mesh.clear();
         loop {
             mesh.hull.push(self.keyed[self.dest(ghost) as usize].1);
             ghost = self.hull_next(ghost);
             if ghost == hull.min {
-                return;
+                break;
+            }
+        }
+        self.drop_ghosts(hull.min);
+        if self.triangles.is_empty() {
+            mesh.set_collinear(points);
+            return;
+        }
+        mesh.triangles.extend(
+            self.triangles
+                .iter()
+                .map(|t| t.corners.map(|v| self.keyed[v as usize].1)),
+        );
+        mesh.neighbours.extend(self.triangles.iter().map(|t| {
+            t.twins.map(|twin| match twin {
+                Side::UNSET => NONE,
+                twin => 3 * twin.triangle() as u32 + twin.corner() as u32,
+            })
+        }));
+    }
+
+    /// Removes the ghosts, whose ring `ghost` is of; triangles from the end fill their places.
+    fn drop_ghosts(&mut self, ghost: Side) {
+        let mut ghosts = Vec::new();
+        let mut at = ghost;
+        loop {
+            let inner = self.twin(at);
+            // Where a chain has no triangle on either side, its other ghost is unlinked already.
+            if inner != Side::UNSET {
+                self.triangles[inner.triangle()].twins[inner.corner()] = Side::UNSET;
+            }
+            ghosts.push(at.triangle());
+            at = self.hull_next(at);
+            if at == ghost {
+                break;
+            }
+        }
+        // From the last to the first, so that what fills a place is no ghost itself.
+        ghosts.sort_unstable();
+        for &place in ghosts.iter().rev() {
+            self.triangles.swap_remove(place);
+            let Some(moved) = self.triangles.get(place).copied() else {
+                continue;
+            };
+            for (corner, twin) in (0..3).zip(moved.twins) {
+                if twin != Side::UNSET {
+                    self.triangles[twin.triangle()].twins[twin.corner()] = Side::new(place as u32, corner);
+                }
             }
         }
     }
 
     fn point(&self, vertex: u32) -> Point {
-        self.points[vertex as usize]
+        self.keyed[vertex as usize].0
     }
 
     fn is_above(&self, l: Point, r: Point, vertex: u32) -> bool {
@@ -457,7 +491,23 @@ impl DivideConquer {
     }
 }
 
-/// The order by y, then by x.
-fn yx_cmp(a: Point, b: Point) -> Ordering {
-    Point::new(a.y, a.x).lex_cmp(Point::new(b.y, b.x))
+/// Whether `a` comes before `b` by x, then by y. Without branches, because in a selection they cannot be foretold.
+fn xy_less(a: Point, b: Point) -> bool {
+    (a.x < b.x) | ((a.x == b.x) & (a.y < b.y))
+}
+
+/// Whether `a` comes before `b` by y, then by x.
+fn yx_less(a: Point, b: Point) -> bool {
+    (a.y < b.y) | ((a.y == b.y) & (a.x < b.x))
+}
+
+/// The order that `less` defines. Selections only ask whether it is `Less`, so the second test is compiled away.
+fn by_less(a: Point, b: Point, less: impl Fn(Point, Point) -> bool) -> Ordering {
+    if less(a, b) {
+        Ordering::Less
+    } else if less(b, a) {
+        Ordering::Greater
+    } else {
+        Ordering::Equal
+    }
 }

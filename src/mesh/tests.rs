@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 
-use super::*;
 use super::triangulation::smallest_first;
+use super::*;
 use crate::geometry::{Orientation, Point, in_circle, orient2d};
 
 /// The triangles, each from its smallest corner on, sorted.

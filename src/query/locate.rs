@@ -44,6 +44,14 @@ enum Step {
     Done(Location),
 }
 
+/// Where the walk starts.
+enum Start {
+    /// In the triangle of this side.
+    From(u32),
+    /// Nowhere: it is at its end.
+    There(Location),
+}
+
 /// A walk that is interrupted where it enters another tile.
 struct Locate {
     target: Point,
@@ -58,8 +66,8 @@ impl Locate {
     fn step(&mut self, tile: &Tile) -> Result<Step, String> {
         let mut side = match self.enter.take() {
             None => match self.start(tile) {
-                Ok(side) => side,
-                Err(location) => return Ok(Step::Done(location)),
+                Start::From(side) => side,
+                Start::There(location) => return Ok(Step::Done(location)),
             },
             Some((from, to)) => {
                 if to.index >= tile.vertex_count() {
@@ -96,7 +104,7 @@ impl Locate {
     }
 
     /// A side that leaves the tile's vertex nearest to the target, or where the target lies if it is that vertex.
-    fn start(&self, tile: &Tile) -> Result<u32, Location> {
+    fn start(&self, tile: &Tile) -> Start {
         let square = |p: Point| {
             let (dx, dy) = (p.x - self.target.x, p.y - self.target.y);
             dx * dx + dy * dy
@@ -105,11 +113,14 @@ impl Locate {
             .points()
             .zip(0..)
             .min_by(|(p, _), (q, _)| square(*p).total_cmp(&square(*q)));
-        let Some((point, vertex)) = nearest else { return Err(Location::Outside) };
+        let Some((point, vertex)) = nearest else {
+            return Start::There(Location::Outside);
+        };
         if point == self.target {
-            return Err(Location::OnVertex(tile.vertex(vertex)));
+            return Start::There(Location::OnVertex(tile.vertex(vertex)));
         }
-        tile.side_leaving(vertex).ok_or(Location::Outside)
+        tile.side_leaving(vertex)
+            .map_or(Start::There(Location::Outside), Start::From)
     }
 }
 
@@ -148,7 +159,9 @@ impl TileReader {
     pub async fn locate(&self, x: f64, y: f64) -> Result<Location, ReadError> {
         let target = Point::new(representable(x), representable(y));
         let directory = self.directory();
-        let Some(mut id) = directory.tree.tile_at(target) else { return Ok(Location::Outside) };
+        let Some(mut id) = directory.tree.tile_at(target) else {
+            return Ok(Location::Outside);
+        };
         if !directory.metadata.bounds.contains(target) {
             return Ok(Location::Outside);
         }

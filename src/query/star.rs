@@ -29,7 +29,9 @@ pub(super) fn side_towards(tile: &Tile, a: u32, b: VertexId) -> Result<Option<u3
 fn clockwise(tile: &Tile, first: u32, b: VertexId) -> Result<Option<u32>, String> {
     let mut leaving = first;
     for _ in 0..tile.triangle_count() {
-        let Across::Side(arriving) = tile.across(leaving) else { return Ok(None) };
+        let Across::Side(arriving) = tile.across(leaving) else {
+            return Ok(None);
+        };
         if tile.vertex(tile.origin(arriving)).id == b {
             return Ok(Some(arriving));
         }

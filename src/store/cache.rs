@@ -150,7 +150,9 @@ impl State {
         }
         self.bytes += size;
         while self.bytes > self.capacity {
-            let Some((_, evicted)) = self.tiles.pop_lru() else { break };
+            let Some((_, evicted)) = self.tiles.pop_lru() else {
+                break;
+            };
             self.bytes -= evicted.byte_size();
             self.statistics.evictions += 1;
         }

@@ -202,7 +202,11 @@ impl Directory {
             check_crc("a page of the directory", page, extent.crc())?;
             let page: schema::Page<'_> = verified(page, "a page of the directory")?;
             if page.first_tile() as usize != tiles.len() {
-                return Err(format!("a page starts at tile {}, not {}", page.first_tile(), tiles.len()));
+                return Err(format!(
+                    "a page starts at tile {}, not {}",
+                    page.first_tile(),
+                    tiles.len()
+                ));
             }
             for entry in page.entries() {
                 let tile = TileId(tiles.len() as u32);
@@ -217,7 +221,10 @@ impl Directory {
                 tree.tiles()
             ));
         }
-        let stored: u64 = tiles.iter().map(|t| u64::from(t.core.length) + u64::from(t.border.length)).sum();
+        let stored: u64 = tiles
+            .iter()
+            .map(|t| u64::from(t.core.length) + u64::from(t.border.length))
+            .sum();
         if stored > superblock.file_length {
             return Err(format!("its tiles take {stored} bytes, more than the file has"));
         }
@@ -287,7 +294,10 @@ fn encode_entry(entry: &TileEntry) -> schema::TileEntry {
 
 fn decode_entry(entry: &schema::TileEntry, superblock: &Superblock) -> Result<TileEntry, String> {
     if entry.codec() != 0 {
-        return Err(format!("it is stored with codec {}, which this program does not know", entry.codec()));
+        return Err(format!(
+            "it is stored with codec {}, which this program does not know",
+            entry.codec()
+        ));
     }
     for (offset, length) in [
         (entry.core_offset(), entry.core_length()),
@@ -387,7 +397,9 @@ mod tests {
         let mut builder = FlatBufferBuilder::new();
         let name = Some(builder.create_string(&"x".repeat(100_000)));
         let source = schema::SourceArgs { name, records: 0 };
-        let sources: Vec<_> = (0..1000).map(|_| schema::Source::create(&mut builder, &source)).collect();
+        let sources: Vec<_> = (0..1000)
+            .map(|_| schema::Source::create(&mut builder, &source))
+            .collect();
         let sources = Some(builder.create_vector(&sources));
         let nodes = Some(builder.create_vector::<schema::KdNode>(&[]));
         let pages = Some(builder.create_vector::<schema::PageExtent>(&[]));

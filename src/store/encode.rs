@@ -98,7 +98,12 @@ impl BorderDraft {
         let core_sides = 3 * u64::from(self.core_triangles);
         let sides = core_sides + 3 * self.triangles.len() as u64;
         let mut builder = FlatBufferBuilder::with_capacity(64 * self.triangles.len() + 1024);
-        let pairs = |pairs: &[(u32, u32)]| pairs.iter().flat_map(|&(a, b)| [a.into(), b.into()]).collect::<Vec<u64>>();
+        let pairs = |pairs: &[(u32, u32)]| {
+            pairs
+                .iter()
+                .flat_map(|&(a, b)| [a.into(), b.into()])
+                .collect::<Vec<u64>>()
+        };
         let vertex_sides = pairs(&self.vertex_sides).into_iter();
         let vertex_sides = packed::write(&mut builder, vertex_sides, sides.max(corners), 0);
         let core_links = packed::write(&mut builder, pairs(&self.core_links).into_iter(), sides, 0);

@@ -86,8 +86,20 @@ impl KdTree {
         let mut node = 0u32;
         loop {
             node = match *self.nodes.get(node as usize)? {
-                KdNode::X { cut, right } => if p.x <= cut { node + 1 } else { right },
-                KdNode::Y { cut, right } => if p.y <= cut { node + 1 } else { right },
+                KdNode::X { cut, right } => {
+                    if p.x <= cut {
+                        node + 1
+                    } else {
+                        right
+                    }
+                }
+                KdNode::Y { cut, right } => {
+                    if p.y <= cut {
+                        node + 1
+                    } else {
+                        right
+                    }
+                }
                 KdNode::Leaf(tile) => return Some(tile),
             };
         }
@@ -158,7 +170,10 @@ mod tests {
             nodes.remove(broken);
             assert!(KdTree::new(nodes).is_err());
             let mut nodes = tree();
-            nodes[broken] = KdNode::X { cut: f64::NAN, right: 9 };
+            nodes[broken] = KdNode::X {
+                cut: f64::NAN,
+                right: 9,
+            };
             assert!(KdTree::new(nodes).is_err());
         }
         let mut nodes = tree();

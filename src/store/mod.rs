@@ -18,13 +18,13 @@ mod writer;
 
 pub use cache::{Cache, CacheStatistics};
 pub use digest::{Digest, DigestSum};
+pub(crate) use directory::MAX_TILES;
 pub use directory::{Directory, Extent, Metadata, Source, TileEntry};
+pub(crate) use encode::{BorderDraft, CoreDraft, ELSEWHERE, HULL};
 pub use ids::{TileId, VertexId};
 pub use kd_tree::{KdNode, KdTree};
 pub use reader::{OpenOptions, ReadError, TileReader};
 pub use superblock::{FORMAT_VERSION, FileId};
-pub(crate) use encode::{BorderDraft, CoreDraft, ELSEWHERE, HULL};
-pub(crate) use directory::MAX_TILES;
-pub(crate) use writer::TileWriter;
 pub use tile::{Across, Tile, Vertex};
 pub use verify::{VerifyError, VerifyReport};
+pub(crate) use writer::TileWriter;

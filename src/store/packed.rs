@@ -107,14 +107,33 @@ mod tests {
 
     #[test]
     fn values_and_marks_come_back() {
-        for largest in [0u64, 1, 253, 254, 255, 256, 65_533, 65_534, 65_535, 1 << 24, 1 << 40, u64::MAX - 2] {
+        for largest in [
+            0u64,
+            1,
+            253,
+            254,
+            255,
+            256,
+            65_533,
+            65_534,
+            65_535,
+            1 << 24,
+            1 << 40,
+            u64::MAX - 2,
+        ] {
             let mut builder = FlatBufferBuilder::new();
             let values = [largest, 0, mark(0), largest / 2, mark(1)];
             let root = write(&mut builder, values.iter().copied(), largest, 2);
             builder.finish(root, None);
             let bytes = Bytes::from(builder.finished_data().to_vec());
             let packed = Packed::open(&bytes, flatbuffers::root::<schema::Packed>(&bytes).unwrap()).unwrap();
-            let marked = |v: u64| if v > largest { packed.largest() - (u64::MAX - v) } else { v };
+            let marked = |v: u64| {
+                if v > largest {
+                    packed.largest() - (u64::MAX - v)
+                } else {
+                    v
+                }
+            };
             assert_eq!(packed.iter().collect::<Vec<_>>(), values.map(marked), "{largest}");
             assert!(packed.largest() - 1 > largest || largest > 1 << 56);
         }
@@ -128,7 +147,10 @@ mod tests {
             let root = schema::Packed::create(&mut builder, &schema::PackedArgs { width, data });
             builder.finish(root, None);
             let bytes = Bytes::from(builder.finished_data().to_vec());
-            assert!(Packed::open(&bytes, flatbuffers::root::<schema::Packed>(&bytes).unwrap()).is_err(), "{width} {length}");
+            assert!(
+                Packed::open(&bytes, flatbuffers::root::<schema::Packed>(&bytes).unwrap()).is_err(),
+                "{width} {length}"
+            );
         }
     }
 }

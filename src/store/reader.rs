@@ -21,7 +21,7 @@ const DEFAULT_CACHE: usize = 64 << 20;
 #[non_exhaustive]
 pub enum ReadError {
     /// The system refused.
-    #[error("{file}: cannot read {what}: {source}")]
+    #[error("{file}: cannot read {what}")]
     Io {
         /// The file.
         file: Arc<str>,
@@ -149,7 +149,12 @@ impl TileReader {
             return Err(invalid("its id is not that of its directory".to_owned()));
         }
         let cache = options.cache.unwrap_or_else(|| Cache::new(DEFAULT_CACHE));
-        tracing::debug!(file = &*name, backend = source.backend(), tiles = directory.tiles.len(), "opened");
+        tracing::debug!(
+            file = &*name,
+            backend = source.backend(),
+            tiles = directory.tiles.len(),
+            "opened"
+        );
         Ok(Self {
             inner: Arc::new(Inner {
                 name,

@@ -86,7 +86,10 @@ impl Superblock {
             return Err(format!("the superblock's checksum is {found:08x}, not {expected:08x}"));
         }
         if u32_at(12) != 0 {
-            return Err(format!("it needs features {:#x}, which this program does not know", u32_at(12)));
+            return Err(format!(
+                "it needs features {:#x}, which this program does not know",
+                u32_at(12)
+            ));
         }
         let this = Self {
             file_id: FileId(u128::from_le_bytes(block[16..32].try_into().expect("sixteen bytes"))),

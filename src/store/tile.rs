@@ -116,7 +116,11 @@ impl Tile {
         let core_sides = 3 * core as u64;
         let sides = core_sides + 3 * border as u64;
         let below = |what: &str, values: &Packed, limit: u64, marks: u64| {
-            let first_mark = if marks == 0 { u64::MAX } else { values.largest() - (marks - 1) };
+            let first_mark = if marks == 0 {
+                u64::MAX
+            } else {
+                values.largest() - (marks - 1)
+            };
             match values.iter().find(|&v| v >= limit && v < first_mark) {
                 Some(value) => Err(format!("{what} {value} is beyond {limit}")),
                 None => Ok(()),
@@ -147,7 +151,10 @@ impl Tile {
         }
         let points = (0..corners as usize).map(|corner| self.corner_point(corner));
         let negative_zero = |v: f64| v == 0.0 && v.is_sign_negative();
-        match points.zip(0..).find(|(p, _)| !p.is_valid() || negative_zero(p.x) || negative_zero(p.y)) {
+        match points
+            .zip(0..)
+            .find(|(p, _)| !p.is_valid() || negative_zero(p.x) || negative_zero(p.y))
+        {
             Some((p, corner)) => Err(format!("corner {corner} is at ({}, {})", p.x, p.y)),
             None => Ok(()),
         }

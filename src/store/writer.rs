@@ -47,7 +47,10 @@ impl<W: WriteAt> TileWriter<W> {
 
     async fn append(&mut self, bytes: &[u8], alignment: u64) -> io::Result<Extent> {
         if bytes.len() as u64 > MAX_FLATBUFFER {
-            let message = format!("a tile takes {} bytes, more than the format allows; use smaller tiles", bytes.len());
+            let message = format!(
+                "a tile takes {} bytes, more than the format allows; use smaller tiles",
+                bytes.len()
+            );
             return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
         }
         let offset = self.length().next_multiple_of(alignment);

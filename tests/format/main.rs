@@ -40,7 +40,12 @@ fn the_page_has_the_fields_of_the_schemas() {
         "ulong" | "double" => 8,
         other => panic!("structs have no {other}"),
     };
-    for page::Declared { is_struct, name, fields } in &schemas {
+    for page::Declared {
+        is_struct,
+        name,
+        fields,
+    } in &schemas
+    {
         if *is_struct {
             let mut offset = 0;
             let places = &page.places[name];

@@ -15,7 +15,9 @@ use distributions::Kind;
 
 /// Points of a distribution.
 pub fn points_of(kind: Kind, n: u64, seed: u64) -> Vec<Point> {
-    distributions::points(kind, n, seed).map(|[x, y]| Point::new(x, y)).collect()
+    distributions::points(kind, n, seed)
+        .map(|[x, y]| Point::new(x, y))
+        .collect()
 }
 
 /// Batches of points, with their places as record numbers, and z if there is any.
@@ -65,7 +67,9 @@ impl Scratch {
 /// Builds a file from points and opens it.
 pub async fn built(points: &[Point], options: BuildOptions) -> (Scratch, TileReader) {
     let scratch = Scratch::new();
-    build_batches(&scratch.path, &batches(points, &[]), options).await.unwrap();
+    build_batches(&scratch.path, &batches(points, &[]), options)
+        .await
+        .unwrap();
     let reader = scratch.open().await;
     (scratch, reader)
 }
@@ -93,7 +97,11 @@ pub fn reference(engine: EngineKind, points: &[Point]) -> Digest {
 
 /// A runtime of several threads.
 pub fn runtime() -> tokio::runtime::Runtime {
-    tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap()
+    tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(2)
+        .enable_all()
+        .build()
+        .unwrap()
 }
 
 /// The bytes of a tile file.

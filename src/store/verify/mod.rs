@@ -132,7 +132,9 @@ impl TileReader {
         let bounds = tiles.iter().fold(Rect::EMPTY, |all, tile| all.union(tile.bounds));
         if bounds != metadata.bounds {
             let found = metadata.bounds;
-            return Err(VerifyError::File(format!("its bounds are {bounds:?}, and the directory says {found:?}")));
+            return Err(VerifyError::File(format!(
+                "its bounds are {bounds:?}, and the directory says {found:?}"
+            )));
         }
         if metadata.points.checked_sub(metadata.duplicates) != Some(metadata.vertices) {
             return Err(VerifyError::File(format!(
@@ -140,7 +142,11 @@ impl TileReader {
                 metadata.points, metadata.duplicates, metadata.vertices
             )));
         }
-        match tiles.iter().zip(0u32..).find(|(tile, _)| tile.vertices > metadata.tile_vertices) {
+        match tiles
+            .iter()
+            .zip(0u32..)
+            .find(|(tile, _)| tile.vertices > metadata.tile_vertices)
+        {
             Some((tile, number)) => {
                 let (found, most) = (tile.vertices, metadata.tile_vertices);
                 let reason = format!("it has {found} vertices, and tiles were cut for {most}");
@@ -153,7 +159,12 @@ impl TileReader {
     /// Checks what no tile can tell alone.
     async fn verify_whole(&self, totals: &Totals) -> Result<(), VerifyError> {
         let metadata = &self.directory().metadata;
-        let mut pairs: Vec<_> = totals.shared.iter().filter(|(_, sum)| **sum != 0).map(|(p, _)| *p).collect();
+        let mut pairs: Vec<_> = totals
+            .shared
+            .iter()
+            .filter(|(_, sum)| **sum != 0)
+            .map(|(p, _)| *p)
+            .collect();
         pairs.sort_unstable();
         if let Some(&(owner, other)) = pairs.first() {
             return Err(self.find_difference(owner, other).await?);
@@ -208,14 +219,28 @@ impl TileReader {
         };
         let (of_owner, of_other) = (keys(&owning), keys(&sharing));
         let lacking = |from: &HashMap<u128, u32>, to: &HashMap<u128, u32>| {
-            from.iter().filter(|(key, _)| !to.contains_key(key)).map(|(_, &t)| t).min()
+            from.iter()
+                .filter(|(key, _)| !to.contains_key(key))
+                .map(|(_, &t)| t)
+                .min()
         };
         let fault = if let Some(triangle) = lacking(&of_owner, &of_other) {
-            Fault::at(triangle, format!("tile {other} shares the triangle, but does not have it")).of(owner)
+            Fault::at(
+                triangle,
+                format!("tile {other} shares the triangle, but does not have it"),
+            )
+            .of(owner)
         } else if let Some(triangle) = lacking(&of_other, &of_owner) {
-            Fault::at(triangle, format!("tile {owner} owns the triangle, but does not have it")).of(other)
+            Fault::at(
+                triangle,
+                format!("tile {owner} owns the triangle, but does not have it"),
+            )
+            .of(other)
         } else {
-            Fault::new(format!("it has another number of triangles in common than tile {other}")).of(owner)
+            Fault::new(format!(
+                "it has another number of triangles in common than tile {other}"
+            ))
+            .of(owner)
         };
         Ok(fault)
     }
@@ -254,7 +279,10 @@ impl Totals {
             ));
         }
         if report.bounds != entry.bounds {
-            return wrong(format!("its bounds are {:?}, and its entry says {:?}", report.bounds, entry.bounds));
+            return wrong(format!(
+                "its bounds are {:?}, and its entry says {:?}",
+                report.bounds, entry.bounds
+            ));
         }
         if report.has_z != directory.metadata.has_z {
             return wrong("it differs from the file in whether it has z".to_owned());

@@ -47,7 +47,9 @@ impl TileReader {
             let more = next(&mut batch).map_err(|error| VerifyError::Input(error.to_string()))?;
             for (i, (&point, &record)) in batch.points.iter().zip(&batch.records).enumerate() {
                 let point = point.normalized();
-                let Some(tile) = tree.tile_at(point) else { return Err(missing(record, point)) };
+                let Some(tile) = tree.tile_at(point) else {
+                    return Err(missing(record, point));
+                };
                 let z = batch.z.get(i).copied().unwrap_or(0.0);
                 points += 1;
                 sought.push(Sought {
@@ -100,7 +102,9 @@ fn find_in_tile(tile: &Tile, group: &[Sought], seen: &mut Seen) -> Result<(), Ve
     vertices.sort_unstable_by(|a, b| a.0.lex_cmp(b.0));
     for s in group {
         let place = vertices.binary_search_by(|v| v.0.lex_cmp(s.point));
-        let Ok(place) = place else { return Err(missing(s.record, s.point)) };
+        let Ok(place) = place else {
+            return Err(missing(s.record, s.point));
+        };
         let vertex = vertices[place].1;
         let z = tile.z(vertex).unwrap_or(0.0);
         if tile.record(vertex) == s.record && (z == s.z || tile.z(vertex).is_none()) {

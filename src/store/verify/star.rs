@@ -36,7 +36,10 @@ pub(super) fn fans(tile: &Tile, has_triangles: bool) -> Result<Fans, Fault> {
         };
         let start = rewind(tile, side, count)
             .ok_or_else(|| Fault::new(format!("the triangles at vertex {vertex} are not complete")))?;
-        let length = neighbours(tile, start).take(count as usize + 1).filter(|n| n.side.is_some()).count();
+        let length = neighbours(tile, start)
+            .take(count as usize + 1)
+            .filter(|n| n.side.is_some())
+            .count();
         if length != count as usize {
             let reason = format!("{length} of the {count} triangles at vertex {vertex} make a fan");
             return Err(Fault::at(side / 3, reason));
@@ -94,27 +97,40 @@ fn neighbours(tile: &Tile, first: u32) -> impl Iterator<Item = Neighbour> + '_ {
 
 /// Checks that the triangles at a vertex go round once, or on the hull through a half-turn at most.
 pub(super) fn check_turn(tile: &Tile, vertex: u32, fans: &Fans) -> Result<Option<HullVertex>, Fault> {
-    let Some(first) = fans.first[vertex as usize] else { return Ok(None) };
+    let Some(first) = fans.first[vertex as usize] else {
+        return Ok(None);
+    };
     let centre = tile.point(vertex);
     let ring: Vec<_> = neighbours(tile, first).map(|n| tile.vertex(n.corner).point).collect();
     if tile.across(first) != Across::Hull {
         // Each step turns left by less than a half-turn, so a full turn passes the direction of x once.
         let above = |i: usize| ring[i].y > centre.y || (ring[i].y == centre.y && ring[i].x > centre.x);
-        let turns = (0..ring.len()).filter(|&i| !above(i) && above((i + 1) % ring.len())).count();
+        let turns = (0..ring.len())
+            .filter(|&i| !above(i) && above((i + 1) % ring.len()))
+            .count();
         if turns != 1 {
-            return Err(Fault::at(first / 3, format!("the triangles at vertex {vertex} go round {turns} times")));
+            return Err(Fault::at(
+                first / 3,
+                format!("the triangles at vertex {vertex} go round {turns} times"),
+            ));
         }
         return Ok(None);
     }
     let (start, end) = (ring[0], ring[ring.len() - 1]);
-    let convex = ring[1..].iter().enumerate().all(|(i, &p)| match orient2d(centre, start, p) {
-        Orientation::CounterClockwise => true,
-        // The last may lie straight on, on the other side of the vertex.
-        Orientation::Collinear => i + 2 == ring.len() && start.lex_cmp(centre) == centre.lex_cmp(p),
-        Orientation::Clockwise => false,
-    });
+    let convex = ring[1..]
+        .iter()
+        .enumerate()
+        .all(|(i, &p)| match orient2d(centre, start, p) {
+            Orientation::CounterClockwise => true,
+            // The last may lie straight on, on the other side of the vertex.
+            Orientation::Collinear => i + 2 == ring.len() && start.lex_cmp(centre) == centre.lex_cmp(p),
+            Orientation::Clockwise => false,
+        });
     if !convex {
-        return Err(Fault::at(first / 3, format!("the hull is not convex at vertex {vertex}")));
+        return Err(Fault::at(
+            first / 3,
+            format!("the hull is not convex at vertex {vertex}"),
+        ));
     }
     Ok(Some(HullVertex {
         is_minimum: centre.lex_cmp(start).is_lt() && centre.lex_cmp(end).is_lt(),

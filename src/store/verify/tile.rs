@@ -64,10 +64,16 @@ fn check_vertices(tile: &Tile, cell: Rect) -> Result<(), Fault> {
     for (p, vertex) in tile.points().zip(0u32..) {
         let inside = cell.min_x < p.x && p.x <= cell.max_x && cell.min_y < p.y && p.y <= cell.max_y;
         if !inside {
-            return Err(Fault::new(format!("vertex {vertex} at ({}, {}) lies outside its cell", p.x, p.y)));
+            return Err(Fault::new(format!(
+                "vertex {vertex} at ({}, {}) lies outside its cell",
+                p.x, p.y
+            )));
         }
         if !places.insert((p.x.to_bits(), p.y.to_bits())) {
-            return Err(Fault::new(format!("vertex {vertex} at ({}, {}) lies on another", p.x, p.y)));
+            return Err(Fault::new(format!(
+                "vertex {vertex} at ({}, {}) lies on another",
+                p.x, p.y
+            )));
         }
         if tile.z(vertex).is_some_and(|z| !z.is_finite()) {
             return Err(Fault::new(format!("vertex {vertex} has no finite z")));
@@ -94,7 +100,10 @@ fn check_triangle(tile: &Tile, triangle: u32) -> Result<(), Fault> {
             Across::Side(other) => {
                 let there = [next_side(other), other].map(|s| tile.origin(s));
                 if tile.across(other) != Across::Side(side) || there != ends {
-                    return Err(Fault::at(triangle, format!("it and triangle {} disagree on their edge", other / 3)));
+                    return Err(Fault::at(
+                        triangle,
+                        format!("it and triangle {} disagree on their edge", other / 3),
+                    ));
                 }
             }
             Across::Elsewhere if foreign => {}
@@ -143,7 +152,10 @@ fn share(tile: &Tile, triangle: u32, sums: &mut HashMap<(TileId, TileId), u128>)
         *sum = sum.wrapping_add(hash);
     };
     if owner == tile.id() {
-        others.iter().filter(|&&t| t != owner).for_each(|&t| add((owner, t), hash));
+        others
+            .iter()
+            .filter(|&&t| t != owner)
+            .for_each(|&t| add((owner, t), hash));
     } else {
         add((owner, tile.id()), hash.wrapping_neg());
     }
@@ -152,7 +164,8 @@ fn share(tile: &Tile, triangle: u32, sums: &mut HashMap<(TileId, TileId), u128>)
 /// The tile that a triangle belongs to.
 pub(super) fn owner(tile: &Tile, triangle: u32) -> TileId {
     let [a, b, c] = tile.vertices(triangle);
-    let smaller = |p: crate::store::Vertex, q: crate::store::Vertex| if p.point.lex_cmp(q.point).is_le() { p } else { q };
+    let smaller =
+        |p: crate::store::Vertex, q: crate::store::Vertex| if p.point.lex_cmp(q.point).is_le() { p } else { q };
     smaller(smaller(a, b), c).id.tile
 }
 

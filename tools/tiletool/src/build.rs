@@ -7,7 +7,7 @@ use std::thread::available_parallelism;
 
 use bytesize::ByteSize;
 use clap::Args;
-use delaunay_tiles::build::{BuildOptions, BuildSummary, Builder, Duplicates, Progress};
+use delaunay_tiles::build::{BuildOptions, BuildSummary, Builder, Duplicates, Phase};
 use delaunay_tiles::input::{InputCounts, PointBatch, PointSource};
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::Source;
@@ -48,7 +48,7 @@ pub struct BuildArgs {
     /// Which of several points at one place to keep: first, lowest or highest; or error
     #[arg(long, value_name = "RULE", default_value_t = Duplicates::First)]
     duplicates: Duplicates,
-    /// A folder for work files; by default they lie beside the output
+    /// The folder to spill work to; by default one beside the output
     #[arg(long, value_name = "DIR")]
     tmp: Option<PathBuf>,
     /// Replace the output if it exists
@@ -77,7 +77,9 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
         work_folder: args.tmp.clone(),
         ..BuildOptions::default()
     };
-    options.threads = args.threads.unwrap_or_else(|| available_parallelism().map_or(1, usize::from));
+    options.threads = args
+        .threads
+        .unwrap_or_else(|| available_parallelism().map_or(1, usize::from));
     if let Some(memory) = args.memory {
         options.memory = memory.as_u64();
     }
@@ -86,13 +88,22 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     let (read, total) = (Arc::new(AtomicU64::new(0)), source.total_bytes());
     let bar = (!args.quiet && !args.json).then(|| {
         let read = Arc::clone(&read);
-        Bar::show(Arc::clone(&progress), Arc::new(move || (read.load(Ordering::Relaxed), total)))
+        Bar::show(
+            Arc::clone(&progress),
+            Arc::new(move || (read.load(Ordering::Relaxed), total)),
+        )
     });
     let built = common::block_on(async move {
-        let interrupted = tokio::spawn(cancel_when_interrupted(progress));
-        let built = build(source, Builder::new(&args.output, options)?, read).await;
-        interrupted.abort();
-        Ok((built?, args))
+        let builder = Builder::new(&args.output, options)?;
+        // Whichever comes first; dropping a build that is under way removes its work folder.
+        let built = tokio::select! {
+            built = build(source, builder, read) => built?,
+            _ = tokio::signal::ctrl_c() => {
+                progress.cancel();
+                anyhow::bail!("interrupted; {} was not written", args.output.display());
+            }
+        };
+        Ok((built, args))
     });
     drop(bar);
     let ((summary, source), args) = built?;
@@ -136,12 +147,6 @@ async fn build(
     });
     builder.describe(sources.collect(), source.crs().map(str::to_owned));
     Ok((builder.finish().await?, source))
-}
-
-async fn cancel_when_interrupted(progress: Arc<Progress>) {
-    if tokio::signal::ctrl_c().await.is_ok() {
-        progress.cancel();
-    }
 }
 
 /// The keys of `--json`, which are stable.
@@ -191,7 +196,12 @@ impl<'a> Output<'a> {
         let phases = summary.phases.iter().map(|phase| PhaseOutput {
             name: phase.phase.name(),
             seconds: phase.time.as_secs_f64(),
-            bytes_read: if phase.phase == delaunay_tiles::build::Phase::Read { counts.bytes_read } else { 0 },
+            bytes_read: phase.bytes_read
+                + if phase.phase == Phase::Read {
+                    counts.bytes_read
+                } else {
+                    0
+                },
             bytes_written: phase.bytes_written,
         });
         let levels = summary.levels.iter().zip(0..).map(|(level, number)| LevelOutput {

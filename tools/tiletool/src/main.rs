@@ -7,6 +7,7 @@ mod export;
 mod generate;
 mod input_args;
 mod inspect;
+mod plot;
 mod progress;
 mod verify;
 

@@ -56,7 +56,11 @@ fn follow(progress: &Progress, input: &Bytes, stop: &AtomicBool) {
             }
         };
         bar.set_prefix(now.name());
-        let (done, total) = if now == Phase::Read { input() } else { (done, Some(total)) };
+        let (done, total) = if now == Phase::Read {
+            input()
+        } else {
+            (done, Some(total))
+        };
         match total {
             Some(total) if total > 0 => bar.set_length(total),
             _ => bar.unset_length(),

@@ -78,10 +78,16 @@ pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
         thousands(output.tiles)
     );
     if output.deep {
-        text += &format!("It is the Delaunay triangulation: {} edges proven\n", thousands(output.edges));
+        text += &format!(
+            "It is the Delaunay triangulation: {} edges proven\n",
+            thousands(output.edges)
+        );
     }
     if let Some(points) = output.input_points {
-        text += &format!("All {} points of the input are in it, and nothing else\n", thousands(points));
+        text += &format!(
+            "All {} points of the input are in it, and nothing else\n",
+            thousands(points)
+        );
     }
     common::print(&text)
 }

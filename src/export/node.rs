@@ -1,0 +1,63 @@
+//! Triangle's `.node` and `.ele` (Shewchuk, <https://www.cs.cmu.edu/~quake/triangle.html>), numbered from 0.
+
+use std::io::Write;
+use std::sync::Arc;
+
+use super::ExportError;
+use super::numbering::Numbering;
+use super::output::{Job, Output};
+use super::text::{comments, put, put_vertex};
+use crate::store::Tile;
+
+pub(super) async fn write<W: Write + Send + 'static>(
+    job: &mut Job<'_>,
+    node: &mut Output<W>,
+    ele: &mut Output<W>,
+) -> Result<(), ExportError> {
+    job.passes(2);
+    let metadata = &job.reader().directory().metadata;
+    let (vertices, triangles) = (metadata.vertices, metadata.triangles);
+    let attributes = u8::from(metadata.has_z);
+    node.push(header(job, &format!("{vertices} 2 {attributes} 0"))).await?;
+    ele.push(header(job, &format!("{triangles} 3 0"))).await?;
+    job.pass(node, put_nodes).await?;
+    // The numbers of triangles go through the file too.
+    let counts = job
+        .reader()
+        .directory()
+        .tiles
+        .iter()
+        .map(|tile| u64::from(tile.owned_triangles));
+    let first = counts.scan(0, |sum, count| {
+        *sum += count;
+        Some(*sum - count)
+    });
+    let first: Arc<[u64]> = first.collect();
+    let elements = move |numbering: &Numbering, tile: &Tile, out: &mut Vec<u8>| {
+        let mut triangle = first[tile.id().0 as usize];
+        numbering.for_each_triangle(tile, |_, [a, b, c]| {
+            put(out, format_args!("{triangle} {a} {b} {c}\n"));
+            triangle += 1;
+            Ok(())
+        })
+    };
+    job.pass(ele, elements).await
+}
+
+fn header(job: &Job<'_>, counts: &str) -> Vec<u8> {
+    let mut out = Vec::new();
+    for comment in comments(&job.numbering) {
+        put(&mut out, format_args!("# {comment}\n"));
+    }
+    put(&mut out, format_args!("{counts}\n"));
+    out
+}
+
+fn put_nodes(numbering: &Numbering, tile: &Tile, out: &mut Vec<u8>) -> Result<(), String> {
+    for (vertex, number) in (0..tile.vertex_count()).zip(numbering.start(tile)..) {
+        put(out, format_args!("{number} "));
+        put_vertex(numbering, tile, vertex, b' ', None, out)?;
+        out.push(b'\n');
+    }
+    Ok(())
+}

@@ -1,0 +1,99 @@
+//! One number for each vertex of the file, and what a tile's triangles are in those numbers.
+//!
+//! Tiles check themselves when they are loaded, but not against each other nor against the directory's counts, which
+//! headers are written from. Here that is made up for: what contradicts becomes an error, and never a broken output.
+
+use crate::store::{Directory, Tile, TileReader, VertexId};
+
+/// The number of each tile's first vertex.
+pub(super) struct Numbering {
+    reader: TileReader,
+    starts: Vec<u64>,
+}
+
+impl Numbering {
+    pub(super) fn new(reader: &TileReader) -> Self {
+        let counts = reader.directory().tiles.iter().map(|tile| u64::from(tile.vertices));
+        let starts = counts.scan(0, |sum, count| {
+            let start = *sum;
+            *sum += count;
+            Some(start)
+        });
+        Self {
+            starts: starts.collect(),
+            reader: reader.clone(),
+        }
+    }
+
+    pub(super) fn reader(&self) -> &TileReader {
+        &self.reader
+    }
+
+    fn directory(&self) -> &Directory {
+        self.reader.directory()
+    }
+
+    /// The number of a tile's first vertex.
+    pub(super) fn start(&self, tile: &Tile) -> u64 {
+        self.starts[tile.id().0 as usize]
+    }
+
+    /// The number of a vertex; an error if the file has no such vertex.
+    pub(super) fn number(&self, vertex: VertexId) -> Result<u64, String> {
+        let tile = vertex.tile.0 as usize;
+        match self.directory().tiles.get(tile) {
+            Some(entry) if vertex.index < entry.vertices => Ok(self.starts[tile] + u64::from(vertex.index)),
+            Some(entry) => Err(format!(
+                "it has a triangle with vertex {vertex}, but tile {tile} has {} vertices",
+                entry.vertices
+            )),
+            None => Err(format!(
+                "it has a triangle with vertex {vertex}, but the file has {} tiles",
+                self.starts.len()
+            )),
+        }
+    }
+
+    /// Hands out the triangles that belong to a tile: their corners, and their vertices' numbers. An error if there are not as
+    /// many as the directory says.
+    pub(super) fn for_each_triangle(
+        &self,
+        tile: &Tile,
+        mut take: impl FnMut([u32; 3], [u64; 3]) -> Result<(), String>,
+    ) -> Result<(), String> {
+        let start = self.start(tile);
+        let (mut found, expected) = (0, self.directory().tiles[tile.id().0 as usize].owned_triangles);
+        for triangle in tile.owned_triangles() {
+            let corners = tile.corners(triangle);
+            let mut numbers = corners.map(|corner| start + u64::from(corner));
+            for (corner, number) in corners.into_iter().zip(&mut numbers) {
+                if corner >= tile.vertex_count() {
+                    *number = self.number(tile.vertex(corner).id)?;
+                }
+            }
+            take(corners, numbers)?;
+            found += 1;
+        }
+        if found == expected {
+            Ok(())
+        } else {
+            Err(format!(
+                "{found} triangles belong to it, and {expected} by the directory"
+            ))
+        }
+    }
+
+    /// Whether the vertices have a z.
+    pub(super) fn has_z(&self) -> bool {
+        self.directory().metadata.has_z
+    }
+
+    /// The z of a vertex of a tile, if the file has any; an error if it is no number, or the tile differs from the directory.
+    pub(super) fn z(&self, tile: &Tile, vertex: u32) -> Result<Option<f64>, String> {
+        match tile.z(vertex) {
+            Some(z) if !z.is_finite() => Err(format!("vertex {vertex} has no finite z")),
+            z if z.is_some() != self.has_z() => Err("it and the directory disagree on whether there is a z".to_owned()),
+            z => Ok(z),
+        }
+    }
+}

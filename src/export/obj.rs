@@ -1,0 +1,46 @@
+//! Wavefront OBJ, which numbers vertices from 1.
+
+use std::io::Write;
+
+use super::ExportError;
+use super::numbering::Numbering;
+use super::output::{Job, Output};
+use super::text::{comments, put, put_vertex};
+use crate::store::Tile;
+
+pub(super) async fn write<W: Write + Send + 'static>(
+    job: &mut Job<'_>,
+    output: &mut Output<W>,
+) -> Result<(), ExportError> {
+    job.passes(2);
+    let mut header = Vec::new();
+    for comment in comments(&job.numbering) {
+        put(&mut header, format_args!("# {comment}\n"));
+    }
+    let metadata = &job.reader().directory().metadata;
+    let (vertices, triangles) = (metadata.vertices, metadata.triangles);
+    put(
+        &mut header,
+        format_args!("# {vertices} vertices, {triangles} triangles\n"),
+    );
+    output.push(header).await?;
+    job.pass(output, put_vertices).await?;
+    job.pass(output, put_faces).await
+}
+
+fn put_vertices(numbering: &Numbering, tile: &Tile, out: &mut Vec<u8>) -> Result<(), String> {
+    for vertex in 0..tile.vertex_count() {
+        out.extend_from_slice(b"v ");
+        put_vertex(numbering, tile, vertex, b' ', Some(0.0), out)?;
+        out.push(b'\n');
+    }
+    Ok(())
+}
+
+fn put_faces(numbering: &Numbering, tile: &Tile, out: &mut Vec<u8>) -> Result<(), String> {
+    numbering.for_each_triangle(tile, |_, vertices| {
+        let [a, b, c] = vertices.map(|vertex| vertex + 1);
+        put(out, format_args!("f {a} {b} {c}\n"));
+        Ok(())
+    })
+}

@@ -1,0 +1,152 @@
+//! PLY, binary, little-endian (Turk, "The PLY Polygon File Format", 1994).
+//!
+//! Elements: `vertex` with x, y, z as doubles and the number of its input record; `face`, a triangle each; `edge`, the
+//! constraint edges, of which there are none as yet.
+//!
+//! PLY has no integers of 64 bits. Record numbers are `uint` if all of them fit, else `double`, which is exact up to 2^53.
+//! Their type stands in the header, so it must be known first: what the directory says of the sources bounds them, and only
+//! if it says nothing, or too much, a pass over the tiles looks for the largest.
+
+use std::io::Write;
+
+use futures::stream::StreamExt;
+
+use super::ExportError;
+use super::numbering::Numbering;
+use super::output::{Job, Output};
+use super::text::{comments, put};
+use crate::store::{Metadata, Tile};
+
+/// Vertices that a `uint` can number.
+const MAX_VERTICES: u64 = 1 << 32;
+/// Numbers from 0 that a double has all of.
+const EXACT: u64 = 1 << 53;
+
+/// How record numbers are written.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum RecordType {
+    Uint,
+    Double,
+}
+
+pub(super) async fn write<W: Write + Send + 'static>(
+    job: &mut Job<'_>,
+    output: &mut Output<W>,
+) -> Result<(), ExportError> {
+    let metadata = job.reader().directory().metadata.clone();
+    if metadata.vertices > MAX_VERTICES {
+        return Err(ExportError::Limit(format!(
+            "PLY numbers {MAX_VERTICES} vertices at most, and there are {}; Triangle's format, OBJ and GeoJSON have no \
+             such limit",
+            metadata.vertices
+        )));
+    }
+    let records = record_type(job, &metadata).await?;
+    output
+        .push(header(&metadata, &comments(&job.numbering), records))
+        .await?;
+    let vertices = move |numbering: &Numbering, tile: &Tile, out: &mut Vec<u8>| {
+        (0..tile.vertex_count()).try_for_each(|vertex| put_vertex(numbering, tile, vertex, records, out))
+    };
+    job.pass(output, vertices).await?;
+    job.pass(output, put_faces).await
+}
+
+/// Finds out how record numbers are to be written, and announces the passes.
+async fn record_type(job: &mut Job<'_>, metadata: &Metadata) -> Result<RecordType, ExportError> {
+    let fits = |largest: u64| {
+        if largest <= u64::from(u32::MAX) {
+            RecordType::Uint
+        } else {
+            RecordType::Double
+        }
+    };
+    let sources = metadata.sources.iter().map(|source| source.records);
+    let bound = sources.fold(0, u64::saturating_add);
+    if bound > 0 && fits(bound - 1) == RecordType::Uint {
+        job.passes(2);
+        return Ok(RecordType::Uint);
+    }
+    job.passes(3);
+    let mut maxima = job.reader().for_each_tile(|tile| {
+        (0..tile.vertex_count())
+            .map(|vertex| tile.record(vertex))
+            .max()
+            .unwrap_or(0)
+    });
+    let mut largest = 0;
+    while let Some(maximum) = maxima.next().await {
+        largest = largest.max(maximum?);
+        job.advance();
+    }
+    if largest > EXACT {
+        return Err(ExportError::Limit(format!(
+            "PLY has no type for record numbers beyond {EXACT}, and there is {largest}; other formats do not need it"
+        )));
+    }
+    Ok(fits(largest))
+}
+
+fn header(metadata: &Metadata, comments: &[String], records: RecordType) -> Vec<u8> {
+    let mut out = b"ply\nformat binary_little_endian 1.0\n".to_vec();
+    for comment in comments {
+        put(&mut out, format_args!("comment {comment}\n"));
+    }
+    let record = match records {
+        RecordType::Uint => "uint",
+        RecordType::Double => "double",
+    };
+    put(
+        &mut out,
+        format_args!(
+            "element vertex {}\n\
+             property double x\n\
+             property double y\n\
+             property double z\n\
+             property {record} record\n\
+             element face {}\n\
+             property list uchar uint vertex_indices\n\
+             element edge 0\n\
+             property uint vertex1\n\
+             property uint vertex2\n\
+             end_header\n",
+            metadata.vertices, metadata.triangles
+        ),
+    );
+    out
+}
+
+fn put_vertex(
+    numbering: &Numbering,
+    tile: &Tile,
+    vertex: u32,
+    records: RecordType,
+    out: &mut Vec<u8>,
+) -> Result<(), String> {
+    let p = tile.point(vertex);
+    let z = numbering.z(tile, vertex)?.unwrap_or(0.0);
+    for number in [p.x, p.y, z] {
+        out.extend_from_slice(&number.to_le_bytes());
+    }
+    let record = tile.record(vertex);
+    match records {
+        RecordType::Uint => {
+            let record = u32::try_from(record)
+                .map_err(|_| format!("vertex {vertex} is of record {record}, which no source has, by the directory"))?;
+            out.extend_from_slice(&record.to_le_bytes());
+        }
+        RecordType::Double => out.extend_from_slice(&(record as f64).to_le_bytes()),
+    }
+    Ok(())
+}
+
+fn put_faces(numbering: &Numbering, tile: &Tile, out: &mut Vec<u8>) -> Result<(), String> {
+    numbering.for_each_triangle(tile, |_, vertices| {
+        out.push(3);
+        for vertex in vertices {
+            // There are at most 2^32 vertices.
+            out.extend_from_slice(&(vertex as u32).to_le_bytes());
+        }
+        Ok(())
+    })
+}

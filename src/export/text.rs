@@ -1,0 +1,75 @@
+//! Numbers and comments as text.
+
+use std::io::Write;
+
+use super::numbering::Numbering;
+use crate::store::Tile;
+
+/// Appends formatted text.
+pub(super) fn put(out: &mut Vec<u8>, text: std::fmt::Arguments<'_>) {
+    out.write_fmt(text).expect("a vector takes everything");
+}
+
+/// Appends the shortest text that reads back as the same number: digits and a point, or an exponent as in `1e-30` where
+/// that is shorter. C's `strtod`, JSON and all else take it.
+pub(super) fn put_number(out: &mut Vec<u8>, number: f64) {
+    put(out, format_args!("{number:?}"));
+}
+
+/// Appends the coordinates of a vertex, with a separator between them, and its z or what stands for it.
+pub(super) fn put_vertex(
+    numbering: &Numbering,
+    tile: &Tile,
+    vertex: u32,
+    separator: u8,
+    no_z: Option<f64>,
+    out: &mut Vec<u8>,
+) -> Result<(), String> {
+    let p = tile.point(vertex);
+    put_number(out, p.x);
+    out.push(separator);
+    put_number(out, p.y);
+    if let Some(z) = numbering.z(tile, vertex)?.or(no_z) {
+        out.push(separator);
+        put_number(out, z);
+    }
+    Ok(())
+}
+
+/// What the header of an export says of its origin, a line each.
+///
+/// The lines are short: readers of PLY and of Triangle's files have lines of 1024 characters at most. A coordinate
+/// reference system that needs more (WKT rather than a name) is left out.
+pub(super) fn comments(numbering: &Numbering) -> Vec<String> {
+    const LONGEST: usize = 200;
+    let mut lines = vec![concat!("delaunay-tiles ", env!("CARGO_PKG_VERSION")).to_owned()];
+    if let Some(crs) = &numbering.reader().directory().metadata.crs {
+        let crs: String = crs.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+        if crs.len() <= LONGEST {
+            lines.push(format!("crs {crs}"));
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_back() {
+        for (number, text) in [
+            (0.0, "0.0"),
+            (-1.5, "-1.5"),
+            (0.1 + 0.2, "0.30000000000000004"),
+            (1e-30, "1e-30"),
+            (-2.5e-43, "-2.5e-43"),
+            (1.6069380442589903e60, "1.6069380442589903e60"),
+        ] {
+            let mut out = Vec::new();
+            put_number(&mut out, number);
+            assert_eq!(String::from_utf8(out).unwrap(), text);
+            assert_eq!(text.parse::<f64>().unwrap().to_bits(), number.to_bits());
+        }
+    }
+}

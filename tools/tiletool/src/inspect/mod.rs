@@ -1,0 +1,102 @@
+//! `tiletool inspect`: what is in a tile file.
+
+mod numbers;
+mod summary;
+mod tile;
+mod tiles;
+
+use std::path::PathBuf;
+
+use clap::Args;
+use clap::builder::{PathBufValueParser, TypedValueParser};
+use delaunay_tiles::store::TileId;
+use serde::Serialize;
+
+use crate::common;
+use crate::plot::{self, PlotFile, Plotted};
+use numbers::Coordinates;
+use summary::Summary;
+use tile::WholeTile;
+use tiles::TileRow;
+
+/// Show what is in a tile file.
+///
+/// All but --tile and --plot is answered from the directory, however large the file is.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Examples:
+  tiletool inspect survey.tiles
+  tiletool inspect survey.tiles --tiles
+  tiletool inspect survey.tiles --json --tile 7
+  tiletool inspect survey.tiles --plot survey.png")]
+pub struct InspectArgs {
+    /// The tile file
+    file: PathBuf,
+    /// Print one JSON object: the summary, and with it what --tiles, --tile and --plot ask for
+    #[arg(long)]
+    json: bool,
+    /// Print a row for each tile in place of the summary; core, border and owned are numbers of triangles
+    #[arg(long)]
+    tiles: bool,
+    /// Print one tile in full, with its vertices and triangles, in place of the summary
+    #[arg(long, value_name = "ID")]
+    tile: Option<u32>,
+    /// Draw a map of the triangulation and the cells of its tiles; a large file is thinned
+    #[arg(long, value_name = "MAP.svg|MAP.png", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
+    plot: Option<PlotFile>,
+}
+
+/// The keys of `--json`, which are stable.
+#[derive(Serialize)]
+struct Output<'a> {
+    #[serde(flatten)]
+    summary: &'a Summary,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tiles: Option<Vec<TileRow>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tile: Option<&'a WholeTile>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    plot: Option<&'a Plotted>,
+}
+
+/// Shows what is in a file.
+pub fn run(args: InspectArgs) -> anyhow::Result<()> {
+    let (reader, tile, plotted) = common::block_on(async {
+        let reader = common::open(&args.file).await?;
+        let tile = match args.tile {
+            Some(id) => Some(reader.tile(TileId(id)).await?),
+            None => None,
+        };
+        let plotted = match &args.plot {
+            Some(file) => Some(plot::draw(&reader, file).await?),
+            None => None,
+        };
+        Ok((reader, tile, plotted))
+    })?;
+    let directory = reader.directory();
+    let summary = Summary::new(&reader);
+    let tile = tile.map(|tile| WholeTile::new(&reader, &tile));
+    if args.json {
+        let rows = || TileRow::all(directory).collect();
+        return common::print_json(&Output {
+            summary: &summary,
+            tiles: args.tiles.then(rows),
+            tile: tile.as_ref(),
+            plot: plotted.as_ref(),
+        });
+    }
+    let coordinates = Coordinates::within(directory.metadata.bounds);
+    let mut texts = Vec::new();
+    if args.tiles {
+        texts.push(tiles::table(directory, coordinates));
+    }
+    if let Some(tile) = &tile {
+        texts.push(tile.report());
+    }
+    if texts.is_empty() {
+        texts.push(summary.report(coordinates));
+    }
+    if let Some(plotted) = &plotted {
+        texts.push(plotted.report());
+    }
+    common::print(&texts.join("\n"))
+}

@@ -1,0 +1,174 @@
+//! How numbers, names and tables are shown to people.
+
+use std::fmt::Write;
+
+use delaunay_tiles::geometry::Rect;
+use serde::Serialize;
+
+/// A rectangle for programs.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Bounds {
+    pub min_x: f64,
+    pub min_y: f64,
+    pub max_x: f64,
+    pub max_y: f64,
+}
+
+impl Bounds {
+    /// The rectangle, unless it is empty.
+    pub fn new(rect: Rect) -> Option<Self> {
+        (!rect.is_empty()).then_some(Self {
+            min_x: rect.min_x,
+            min_y: rect.min_y,
+            max_x: rect.max_x,
+            max_y: rect.max_y,
+        })
+    }
+}
+
+/// How coordinates of a region are shown: with digits that tell apart a hundred-thousandth of its size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coordinates {
+    /// With so many decimals.
+    Fixed(usize),
+    /// With an exponent, and so many decimals before it.
+    Scientific(usize),
+}
+
+impl Coordinates {
+    /// The most digits that a f64 has any use for.
+    const DIGITS: i32 = 17;
+
+    /// For coordinates within `bounds`.
+    pub fn within(bounds: Rect) -> Self {
+        let corners = [bounds.min_x, bounds.min_y, bounds.max_x, bounds.max_y];
+        let largest = corners.into_iter().map(f64::abs).fold(0.0, f64::max);
+        let (width, height) = bounds.size();
+        let size = width.max(height);
+        let exponent = |v: f64| v.log10().floor() as i32;
+        if bounds.is_empty() || largest == 0.0 || !largest.is_finite() {
+            return Self::Fixed(0);
+        }
+        let finest = exponent(if size > 0.0 { size } else { largest }) - 5;
+        let top = exponent(largest);
+        if (-4..12).contains(&top) {
+            Self::Fixed((-finest).clamp(0, Self::DIGITS - 1 - top.max(0)) as usize)
+        } else {
+            Self::Scientific((top - finest).clamp(0, Self::DIGITS - 1) as usize)
+        }
+    }
+
+    /// One coordinate.
+    pub fn show(self, value: f64) -> String {
+        match self {
+            Self::Fixed(decimals) => format!("{value:.decimals$}"),
+            Self::Scientific(decimals) => format!("{value:.decimals$e}"),
+        }
+    }
+}
+
+/// Text from a file or its name, with nothing in it that a terminal could take for a command.
+pub fn printable(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c.is_control() {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
+}
+
+/// The start of a long text, on one line.
+pub fn shortened(text: &str, limit: usize) -> String {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let line = printable(&words.join(" "));
+    if line.chars().count() <= limit {
+        return line;
+    }
+    let start: String = line.chars().take(limit).collect();
+    format!("{start}…")
+}
+
+/// A quotient that is 0 where there is nothing to divide by.
+pub fn share(part: u64, whole: u64) -> f64 {
+    if whole == 0 { 0.0 } else { part as f64 / whole as f64 }
+}
+
+/// A share for people: `12.5 %`.
+pub fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+/// Rows below a header, their columns flush right, two blanks apart.
+pub struct Table {
+    columns: usize,
+    cells: Vec<String>,
+}
+
+impl Table {
+    /// A table without rows.
+    pub fn new(header: &[&str]) -> Self {
+        Self {
+            columns: header.len(),
+            cells: header.iter().map(|&name| name.to_owned()).collect(),
+        }
+    }
+
+    /// Appends a row, which has as many cells as the header.
+    pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
+        self.cells.extend(cells);
+        debug_assert!(self.cells.len().is_multiple_of(self.columns));
+    }
+
+    /// The whole, with `indent` blanks before each line.
+    pub fn show(&self, indent: usize) -> String {
+        let mut widths = vec![0; self.columns];
+        for (cell, column) in self.cells.iter().zip((0..self.columns).cycle()) {
+            widths[column] = widths[column].max(cell.chars().count());
+        }
+        let mut text = String::new();
+        for row in self.cells.chunks(self.columns) {
+            text.extend(std::iter::repeat_n(' ', indent));
+            for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
+                let gap = if column == 0 { "" } else { "  " };
+                // Writing to a string does not fail.
+                let _ = write!(text, "{gap}{cell:>width$}");
+            }
+            text.push('\n');
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_have_the_digits_that_their_region_needs() {
+        let show = |bounds: [f64; 4], value: f64| {
+            let [min_x, min_y, max_x, max_y] = bounds;
+            Coordinates::within(Rect::new(min_x, min_y, max_x, max_y)).show(value)
+        };
+        assert_eq!(show([0.0, 0.0, 1.0, 1.0], 0.5), "0.50000");
+        assert_eq!(
+            show([636_000.0, 848_000.0, 639_000.0, 853_000.0], 637_000.25),
+            "637000.25"
+        );
+        assert_eq!(show([-1e30, 0.0, 1e30, 1.0], 1.25e29), "1.25000e29");
+        assert_eq!(show([0.0, 0.0, 1e-30, 1e-30], 1e-31), "1.00000e-31");
+        assert_eq!(show([3.0, 4.0, 3.0, 4.0], 3.0), "3.00000");
+        assert_eq!(show([0.0, 0.0, 0.0, 0.0], 0.0), "0");
+        assert_eq!(Coordinates::within(Rect::EMPTY), Coordinates::Fixed(0));
+        assert_eq!(Coordinates::within(Rect::PLANE), Coordinates::Fixed(0));
+    }
+
+    #[test]
+    fn names_cannot_command_a_terminal() {
+        assert_eq!(printable("a\u{1b}[2Jé"), "a\\u{1b}[2Jé");
+        assert_eq!(shortened("a \n b", 9), "a b");
+        assert_eq!(shortened("abcdef", 3), "abc…");
+    }
+}

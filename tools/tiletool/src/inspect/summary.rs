@@ -1,0 +1,290 @@
+//! What the directory knows of the whole file.
+
+use delaunay_tiles::store::{Directory, FORMAT_VERSION, TileReader};
+use serde::Serialize;
+
+use super::numbers::{Bounds, Coordinates, percent, printable, share, shortened};
+use crate::common::{bytes, thousands};
+
+/// Bytes before the first tile: the two superblocks.
+const SUPERBLOCKS: u64 = 8192;
+/// The alignment of the directory.
+const BLOCK: u64 = 4096;
+/// Characters of a CRS on the screen.
+const CRS_SHOWN: usize = 72;
+/// Sources listed on the screen.
+const SOURCES_SHOWN: usize = 12;
+
+/// The summary of a file; its names are the stable keys of `--json`.
+#[derive(Serialize)]
+pub struct Summary {
+    file: String,
+    file_id: String,
+    file_bytes: u64,
+    format_version: u32,
+    generation: u64,
+    producer: String,
+    backend: &'static str,
+    crs: Option<String>,
+    sources: Vec<Source>,
+    points: u64,
+    duplicates: u64,
+    vertices: u64,
+    triangles: u64,
+    hull_edges: u64,
+    has_z: bool,
+    bounds: Option<Bounds>,
+    tile_count: u64,
+    tile_vertices: u32,
+    vertices_per_tile: Option<Distribution>,
+    core_triangles: u64,
+    border_triangles: u64,
+    border_triangles_share: f64,
+    bytes_per_vertex: f64,
+    core_bytes: u64,
+    border_bytes: u64,
+    directory_bytes: u64,
+    other_bytes: u64,
+    core_bytes_share: f64,
+    border_bytes_share: f64,
+    directory_bytes_share: f64,
+    other_bytes_share: f64,
+    #[serde(skip)]
+    rect: delaunay_tiles::geometry::Rect,
+}
+
+#[derive(Serialize)]
+struct Source {
+    name: String,
+    records: u64,
+}
+
+/// How numbers are spread; quartiles by nearest rank.
+#[derive(Debug, PartialEq, Eq, Serialize)]
+struct Distribution {
+    min: u32,
+    lower_quartile: u32,
+    median: u32,
+    upper_quartile: u32,
+    max: u32,
+}
+
+impl Distribution {
+    fn of(mut values: Vec<u32>) -> Option<Self> {
+        values.sort_unstable();
+        let last = values.len().checked_sub(1)?;
+        let at = |quarter: usize| values[(last * quarter + 2) / 4];
+        Some(Self {
+            min: at(0),
+            lower_quartile: at(1),
+            median: at(2),
+            upper_quartile: at(3),
+            max: at(4),
+        })
+    }
+}
+
+impl Summary {
+    /// Gathers it; reads nothing.
+    pub fn new(reader: &TileReader) -> Self {
+        let Directory { metadata: m, tiles, .. } = reader.directory();
+        let sum = |part: fn(&delaunay_tiles::store::TileEntry) -> u32| tiles.iter().map(|t| u64::from(part(t))).sum();
+        let (core_triangles, core_bytes, border_bytes): (u64, u64, u64) = (
+            sum(|t| t.core_triangles),
+            sum(|t| t.core.length),
+            sum(|t| t.border.length),
+        );
+        // The directory is what follows the last tile.
+        let ends = tiles.iter().flat_map(|t| [t.core, t.border]);
+        let end = ends.map(|e| e.offset + u64::from(e.length)).fold(SUPERBLOCKS, u64::max);
+        let file_bytes = reader.file_length();
+        let directory_bytes = file_bytes.saturating_sub(end.next_multiple_of(BLOCK));
+        let other_bytes = file_bytes.saturating_sub(core_bytes + border_bytes + directory_bytes);
+        // A file that contradicts itself must not make this one panic.
+        let border_triangles = m.triangles.saturating_sub(core_triangles);
+        let sources = m.sources.iter().map(|source| Source {
+            name: source.name.clone(),
+            records: source.records,
+        });
+        Self {
+            file: reader.name().to_owned(),
+            file_id: reader.file_id().to_string(),
+            file_bytes,
+            format_version: FORMAT_VERSION,
+            generation: reader.generation(),
+            producer: m.producer.clone(),
+            backend: reader.backend(),
+            crs: m.crs.clone(),
+            sources: sources.collect(),
+            points: m.points,
+            duplicates: m.duplicates,
+            vertices: m.vertices,
+            triangles: m.triangles,
+            hull_edges: m.hull_edges,
+            has_z: m.has_z,
+            bounds: Bounds::new(m.bounds),
+            tile_count: tiles.len() as u64,
+            tile_vertices: m.tile_vertices,
+            vertices_per_tile: Distribution::of(tiles.iter().map(|t| t.vertices).collect()),
+            core_triangles,
+            border_triangles,
+            border_triangles_share: share(border_triangles, m.triangles),
+            bytes_per_vertex: share(file_bytes, m.vertices),
+            core_bytes,
+            border_bytes,
+            directory_bytes,
+            other_bytes,
+            core_bytes_share: share(core_bytes, file_bytes),
+            border_bytes_share: share(border_bytes, file_bytes),
+            directory_bytes_share: share(directory_bytes, file_bytes),
+            other_bytes_share: share(other_bytes, file_bytes),
+            rect: m.bounds,
+        }
+    }
+
+    /// The summary for people.
+    pub fn report(&self, coordinates: Coordinates) -> String {
+        let groups = [
+            self.of_the_file(),
+            self.of_the_input(),
+            self.of_the_mesh(coordinates),
+            self.of_the_tiles(),
+        ];
+        let mut text = format!("{}\n", printable(&self.file));
+        for (number, group) in groups.iter().enumerate() {
+            if number > 0 {
+                text.push('\n');
+            }
+            for (name, value) in group {
+                text += &format!("  {name:<18} {value}\n");
+            }
+        }
+        text
+    }
+
+    fn of_the_file(&self) -> Vec<(&'static str, String)> {
+        let mut size = format!("{} ({} bytes)", bytes(self.file_bytes), thousands(self.file_bytes));
+        if self.vertices > 0 {
+            size += &format!(", {:.1} per vertex", self.bytes_per_vertex);
+        }
+        vec![
+            ("size", size),
+            ("file id", self.file_id.clone()),
+            (
+                "format",
+                format!(
+                    "version {}, generation {}",
+                    self.format_version,
+                    thousands(self.generation)
+                ),
+            ),
+            ("written by", printable(&self.producer)),
+            ("read by", self.backend.to_owned()),
+        ]
+    }
+
+    fn of_the_input(&self) -> Vec<(&'static str, String)> {
+        let mut lines = Vec::new();
+        let width = self
+            .sources
+            .iter()
+            .take(SOURCES_SHOWN)
+            .map(|s| s.name.chars().count())
+            .max();
+        for (number, source) in self.sources.iter().take(SOURCES_SHOWN).enumerate() {
+            let name = if number == 0 { "sources" } else { "" };
+            let (file, width) = (printable(&source.name), width.unwrap_or(0));
+            lines.push((name, format!("{file:<width$}  {}", counted(source.records, "record"))));
+        }
+        if self.sources.len() > SOURCES_SHOWN {
+            let more = (self.sources.len() - SOURCES_SHOWN) as u64;
+            lines.push(("", format!("and {} more; --json lists them all", thousands(more))));
+        }
+        if let Some(crs) = &self.crs {
+            lines.push(("CRS", shortened(crs, CRS_SHOWN)));
+        }
+        let duplicates = match self.duplicates {
+            0 => "no duplicates".to_owned(),
+            n => format!("{} merged", counted(n, "duplicate")),
+        };
+        lines.push(("points", format!("{}, {duplicates}", thousands(self.points))));
+        lines
+    }
+
+    fn of_the_mesh(&self, coordinates: Coordinates) -> Vec<(&'static str, String)> {
+        let z = if self.has_z { "with z" } else { "without z" };
+        let mut lines = vec![
+            ("vertices", format!("{}, {z}", thousands(self.vertices))),
+            ("triangles", thousands(self.triangles)),
+            ("hull edges", thousands(self.hull_edges)),
+        ];
+        if self.rect.is_empty() {
+            lines.push(("bounds", "none".to_owned()));
+            return lines;
+        }
+        let show = |value| coordinates.show(value);
+        let [x, y] = [(self.rect.min_x, self.rect.max_x), (self.rect.min_y, self.rect.max_y)].map(|(min, max)| {
+            let (min, max) = (show(min), show(max));
+            (min.len(), max.len(), min, max)
+        });
+        let (left, right) = (x.0.max(y.0), x.1.max(y.1));
+        lines.push(("bounds", format!("x  {:>left$} to {:>right$}", x.2, x.3)));
+        lines.push(("", format!("y  {:>left$} to {:>right$}", y.2, y.3)));
+        lines
+    }
+
+    fn of_the_tiles(&self) -> Vec<(&'static str, String)> {
+        let limit = thousands(self.tile_vertices.into());
+        let mut lines = vec![(
+            "tiles",
+            format!("{}, at most {limit} vertices each", thousands(self.tile_count)),
+        )];
+        if let Some(d) = &self.vertices_per_tile {
+            let shown = [
+                ("min", d.min),
+                ("lower quartile", d.lower_quartile),
+                ("median", d.median),
+                ("upper quartile", d.upper_quartile),
+                ("max", d.max),
+            ];
+            let shown = shown.map(|(name, value)| format!("{name} {}", thousands(value.into())));
+            lines.push(("vertices per tile", shown.join(", ")));
+        }
+        if self.triangles > 0 {
+            let (border, of) = (thousands(self.border_triangles), percent(self.border_triangles_share));
+            lines.push(("border triangles", format!("{border}, {of} of all")));
+        }
+        let shares = [
+            ("cores", self.core_bytes_share),
+            ("borders", self.border_bytes_share),
+            ("directory", self.directory_bytes_share),
+            ("superblocks and padding", self.other_bytes_share),
+        ];
+        let shares = shares.map(|(name, share)| format!("{name} {}", percent(share)));
+        lines.push(("bytes", shares.join(", ")));
+        lines
+    }
+}
+
+/// A number of things: `1 record`, `2 records`.
+fn counted(number: u64, thing: &str) -> String {
+    let s = if number == 1 { "" } else { "s" };
+    format!("{} {thing}{s}", thousands(number))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quartiles_are_values_of_the_set() {
+        assert_eq!(Distribution::of(vec![]), None);
+        let of = |values: &[u32]| {
+            let d = Distribution::of(values.to_vec()).unwrap();
+            [d.min, d.lower_quartile, d.median, d.upper_quartile, d.max]
+        };
+        assert_eq!(of(&[7]), [7; 5]);
+        assert_eq!(of(&[5, 1, 4, 2, 3]), [1, 2, 3, 4, 5]);
+        assert_eq!(of(&[1, 2]), [1, 1, 2, 2, 2]);
+    }
+}

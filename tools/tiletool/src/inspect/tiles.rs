@@ -1,0 +1,91 @@
+//! A row for each tile.
+
+use delaunay_tiles::store::{Directory, TileEntry};
+use serde::Serialize;
+
+use super::numbers::{Bounds, Coordinates, Table};
+use crate::common::thousands;
+
+/// What the directory knows of a tile; its names are the stable keys of `--json`.
+#[derive(Serialize)]
+pub struct TileRow {
+    pub id: u32,
+    pub vertices: u32,
+    pub core_triangles: u32,
+    pub border_triangles: u32,
+    pub owned_triangles: u32,
+    pub generation: u32,
+    pub core_offset: u64,
+    pub core_bytes: u32,
+    pub core_crc32c: String,
+    pub border_offset: u64,
+    pub border_bytes: u32,
+    pub border_crc32c: String,
+    pub bounds: Option<Bounds>,
+}
+
+impl TileRow {
+    /// The row of one tile.
+    pub fn new(id: u32, entry: &TileEntry) -> Self {
+        Self {
+            id,
+            vertices: entry.vertices,
+            core_triangles: entry.core_triangles,
+            border_triangles: entry.border_triangles,
+            owned_triangles: entry.owned_triangles,
+            generation: entry.generation,
+            core_offset: entry.core.offset,
+            core_bytes: entry.core.length,
+            core_crc32c: format!("{:08x}", entry.core.crc),
+            border_offset: entry.border.offset,
+            border_bytes: entry.border.length,
+            border_crc32c: format!("{:08x}", entry.border.crc),
+            bounds: Bounds::new(entry.bounds),
+        }
+    }
+
+    /// The rows of all tiles.
+    pub fn all(directory: &Directory) -> impl Iterator<Item = Self> {
+        (0..).zip(&directory.tiles).map(|(id, entry)| Self::new(id, entry))
+    }
+}
+
+/// All tiles for people.
+pub fn table(directory: &Directory, coordinates: Coordinates) -> String {
+    let mut table = Table::new(&[
+        "tile",
+        "vertices",
+        "core",
+        "border",
+        "owned",
+        "core bytes",
+        "border bytes",
+        "offset",
+        "min x",
+        "min y",
+        "max x",
+        "max y",
+    ]);
+    for (id, t) in directory.tiles.iter().enumerate() {
+        let counts = [
+            id as u64,
+            t.vertices.into(),
+            t.core_triangles.into(),
+            t.border_triangles.into(),
+            t.owned_triangles.into(),
+            t.core.length.into(),
+            t.border.length.into(),
+            t.core.offset,
+        ];
+        let bounds = [t.bounds.min_x, t.bounds.min_y, t.bounds.max_x, t.bounds.max_y];
+        let bounds = bounds.map(|value| {
+            if t.bounds.is_empty() {
+                "-".to_owned()
+            } else {
+                coordinates.show(value)
+            }
+        });
+        table.row(counts.map(thousands).into_iter().chain(bounds));
+    }
+    table.show(0)
+}

@@ -1,0 +1,130 @@
+//! A few round coordinates along a side of the frame.
+
+/// The coordinates along one axis, and where they stand.
+#[derive(Default)]
+pub struct Axis {
+    /// Pixels from the middle of the frame, in the axis' direction, and the coordinate.
+    pub ticks: Vec<(f64, String)>,
+}
+
+/// Pixels between two coordinates, at least.
+const APART: f64 = 130.0;
+/// More of them nobody needs, whatever the numbers are.
+const MOST: u32 = 40;
+
+impl Axis {
+    /// For `pixels` pixels around the coordinate `middle`; `room` tells how many pixels a label needs along the axis.
+    pub fn new(middle: f64, scale: f64, pixels: f64, room: fn(&str) -> f64) -> Self {
+        let mut apart = APART;
+        loop {
+            let axis = Self::every(middle, scale, pixels, apart);
+            let widest = axis.ticks.iter().map(|(_, label)| room(label)).fold(0.0, f64::max);
+            if widest <= apart || apart > pixels {
+                return axis;
+            }
+            apart *= 1.5;
+        }
+    }
+
+    fn every(middle: f64, scale: f64, pixels: f64, apart: f64) -> Self {
+        let step = round_above(apart / scale);
+        let half = pixels / 2.0 / scale;
+        let first = ((middle - half) / step).ceil();
+        let mut ticks: Vec<(f64, String)> = Vec::new();
+        for k in 0..MOST {
+            let multiple = first + f64::from(k);
+            let value = multiple * step;
+            let at = (value - middle) * scale;
+            if at > pixels / 2.0 {
+                break;
+            }
+            // Beyond 2⁵³ steps from zero several coordinates are one.
+            let moved = ticks.last().is_none_or(|(before, _)| at - before > apart / 2.0);
+            if moved && at.is_finite() && at >= -pixels / 2.0 {
+                ticks.push((at, label(value, step, middle.abs() + half)));
+            }
+        }
+        Self { ticks }
+    }
+
+    /// Pixels of the widest label.
+    pub fn widest(&self) -> f64 {
+        let widths = self
+            .ticks
+            .iter()
+            .map(|(_, label)| text_width(label, super::page::TICK_TEXT));
+        widths.fold(0.0, f64::max)
+    }
+}
+
+/// The smallest of 1, 2 and 5 times a power of ten that is not less than `least`.
+fn round_above(least: f64) -> f64 {
+    let power = 10f64.powi(least.log10().floor() as i32);
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|digit| digit * power);
+    steps.into_iter().find(|&step| step >= least).unwrap_or(10.0 * power)
+}
+
+/// A coordinate with the digits that `step` needs; `largest` decides for all of an axis whether there is an exponent.
+fn label(value: f64, step: f64, largest: f64) -> String {
+    let (digit, top) = (step.log10().floor() as i32, largest.log10().floor() as i32);
+    let text = if value == 0.0 {
+        "0".to_owned()
+    } else if (-4..9).contains(&top) || (9..16).contains(&top) && digit > -4 && digit < 6 {
+        grouped(&format!("{value:.*}", (-digit).clamp(0, 16) as usize))
+    } else {
+        let decimals = (value.abs().log10().floor() as i32 - digit).clamp(0, 16) as usize;
+        format!("{value:.decimals$e}")
+    };
+    text.replace('-', "\u{2212}")
+}
+
+/// The digits before the point in threes, where there are five or more.
+fn grouped(number: &str) -> String {
+    let (whole, rest) = number.split_at(number.find('.').unwrap_or(number.len()));
+    let digits = whole.trim_start_matches('-').len();
+    let mut text = String::new();
+    for (place, c) in whole.chars().rev().enumerate() {
+        if digits > 4 && place > 0 && place % 3 == 0 && c != '-' {
+            text.push('\u{a0}');
+        }
+        text.push(c);
+    }
+    text.chars().rev().chain(rest.chars()).collect()
+}
+
+/// Pixels that a text in DejaVu Sans takes, about.
+pub fn text_width(text: &str, size: f64) -> f64 {
+    let ems = text.chars().map(|c| match c {
+        ' ' | '\u{a0}' | '.' | ',' | ':' | 'i' | 'l' | 'j' | 'I' => 0.31,
+        't' | 'r' | 'f' | '-' | '(' | ')' => 0.39,
+        'm' | 'w' | 'M' | 'W' | '…' => 0.95,
+        '\u{2212}' => 0.84,
+        'A'..='Z' => 0.69,
+        _ => 0.63,
+    });
+    size * ems.sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(min: f64, max: f64) -> Vec<String> {
+        let axis = Axis::new((min + max) / 2.0, 1000.0 / (max - min), 1000.0, |_| 40.0);
+        axis.ticks.into_iter().map(|(_, label)| label).collect()
+    }
+
+    #[test]
+    fn coordinates_are_few_and_round() {
+        assert_eq!(labels(0.0, 1.0), ["0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
+        assert_eq!(
+            labels(-6.0, 6.0),
+            ["\u{2212}6", "\u{2212}4", "\u{2212}2", "0", "2", "4", "6"]
+        );
+        assert_eq!(labels(636_010.0, 636_890.0)[0], "636\u{a0}200");
+        assert_eq!(labels(-1e30, 1e30)[..2], ["\u{2212}1.0e30", "\u{2212}5e29"]);
+        assert_eq!(labels(0.0, 1e-30)[..2], ["0", "2e\u{2212}31"]);
+        assert_eq!(labels(1e15, 1e15 + 1.0).len(), 6);
+        assert!(labels(1e300, 1e300 * (1.0 + 1e-15)).len() <= 7);
+    }
+}

@@ -1,0 +1,305 @@
+//! The map: title, triangulation, cells, coordinates, legend and caption.
+
+use delaunay_tiles::geometry::{Point, Rect};
+use delaunay_tiles::store::{Directory, KdNode};
+
+use super::axis::text_width;
+use super::page::{Page, TICK_TEXT};
+use super::scene::Scene;
+use super::svg::{Anchor, Path, Svg, UNITS};
+use crate::common::thousands;
+
+const INK: &str = "#23313d";
+const GREY: &str = "#66727c";
+const PAPER: &str = "#fcfbf8";
+const EDGE: &str = "#5f7f99";
+const EDGE_THINNED: &str = "#93abbd";
+const HULL: &str = "#1f4e6f";
+const BORDER: &str = "#f5dfb8";
+const CELL: &str = "#c8452f";
+
+/// The most points that are drawn as dots over their triangles.
+const DOTS: usize = 2000;
+/// The most tiles whose numbers stand on the map.
+const LABELS: usize = 100;
+/// Cells narrower than this are not cut any more on the map.
+const NARROWEST: f64 = 2.0;
+/// Characters of a file's name in the title.
+const NAME: usize = 70;
+
+/// Draws the whole page.
+pub fn draw(name: &str, directory: &Directory, scene: &Scene, page: &Page) -> String {
+    let name = middle_cut(name);
+    let mut svg = Svg::new(page.width, page.height, &name);
+    svg.raw("<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>");
+    let f = page.frame;
+    let (left, baseline) = (f.min_x, f.min_y);
+    svg.text((left, baseline - 42.0), 26.0, Anchor::Start, &fill(INK), &name);
+    svg.text(
+        (left, baseline - 15.0),
+        16.0,
+        Anchor::Start,
+        &fill(GREY),
+        &subtitle(directory),
+    );
+    let (width, height) = f.size();
+    let place = format!(
+        "x=\"{}\" y=\"{}\" width=\"{width}\" height=\"{height}\"",
+        f.min_x, f.min_y
+    );
+    svg.raw(&format!("<clipPath id=\"frame\"><rect {place}/></clipPath>"));
+    svg.raw(&format!("<rect {place} fill=\"{PAPER}\"/>"));
+    svg.raw("<g clip-path=\"url(#frame)\">");
+    svg.raw(&format!(
+        "<g transform=\"scale({})\" fill=\"none\" stroke-linejoin=\"round\">",
+        1.0 / UNITS
+    ));
+    let mut legend = draw_mesh(&mut svg, scene, page);
+    legend.extend(draw_cells(&mut svg, directory, page));
+    svg.raw("</g>");
+    draw_labels(&mut svg, directory, page);
+    svg.raw("</g>");
+    svg.raw(&format!(
+        "<rect {place} fill=\"none\" stroke=\"{INK}\" stroke-width=\"1.2\"/>"
+    ));
+    draw_axes(&mut svg, page);
+    draw_legend(&mut svg, &legend, (f.min_x, f.max_y + 58.0));
+    svg.text(
+        (f.min_x, f.max_y + 88.0),
+        15.0,
+        Anchor::Start,
+        &fill(GREY),
+        &caption(directory, scene),
+    );
+    svg.finish()
+}
+
+fn fill(colour: &str) -> String {
+    format!("fill=\"{colour}\"")
+}
+
+fn stroke(colour: &str, width: f64) -> String {
+    format!("stroke=\"{colour}\" stroke-width=\"{:.1}\"", width * UNITS)
+}
+
+/// A sign and what it stands for.
+struct Entry {
+    sign: Sign,
+    text: &'static str,
+}
+
+enum Sign {
+    Line(&'static str, f64),
+    Dot(&'static str),
+    Patch(&'static str),
+}
+
+/// Draws triangles and points.
+fn draw_mesh(svg: &mut Svg, scene: &Scene, page: &Page) -> Vec<Entry> {
+    let mut legend = Vec::new();
+    let pixels: Vec<_> = scene.points.iter().map(|&p| page.pixel(p)).collect();
+    if !scene.border.is_empty() {
+        let mut path = Path::default();
+        for corners in &scene.border {
+            path.polygon(corners.map(|corner| pixels[corner as usize]));
+        }
+        svg.path(&path, &fill(BORDER));
+        legend.push(Entry {
+            sign: Sign::Patch(BORDER),
+            text: "border triangles",
+        });
+    }
+    // The finer the mesh, the finer its lines.
+    let (width, height) = scene.bounds.size();
+    let area = page.length(width) * page.length(height);
+    let spacing = (area / pixels.len().max(1) as f64).sqrt();
+    let (colour, width, text) = if scene.thinned {
+        (EDGE_THINNED, (0.05 * spacing).clamp(0.5, 0.8), "edges, thinned")
+    } else {
+        (EDGE, (0.045 * spacing).clamp(0.4, 1.1), "edges")
+    };
+    for (edges, colour, width, text) in [(&scene.edges, colour, width, text), (&scene.outline, HULL, 1.8, "hull")] {
+        if !edges.is_empty() {
+            let mut path = Path::default();
+            path.trails(&pixels, edges);
+            svg.path(&path, &stroke(colour, width));
+            let sign = Sign::Line(colour, width.max(0.9));
+            legend.push(Entry { sign, text });
+        }
+    }
+    if pixels.len() <= DOTS || scene.triangles == 0 {
+        let mut path = Path::default();
+        let radius = match pixels.len() {
+            ..=100 => 3.5,
+            101..=DOTS => (0.06 * spacing).clamp(1.4, 3.5),
+            _ => 1.0,
+        };
+        for &pixel in &pixels {
+            path.disc(pixel, radius);
+        }
+        svg.path(&path, &fill(INK));
+        if !pixels.is_empty() {
+            legend.push(Entry {
+                sign: Sign::Dot(INK),
+                text: "vertices",
+            });
+        }
+    }
+    legend
+}
+
+/// Draws the cuts of the k-d tree, which are the cells' sides, each once.
+fn draw_cells(svg: &mut Svg, directory: &Directory, page: &Page) -> Option<Entry> {
+    let tree = &directory.tree;
+    let mut path = Path::default();
+    for (node, cell) in tree.nodes().iter().zip(tree.node_cells()) {
+        let seen = page.cell(cell);
+        if seen.is_empty() {
+            continue;
+        }
+        let (width, height) = seen.size();
+        match *node {
+            KdNode::X { cut, .. } if width >= NARROWEST => {
+                let (x, _) = page.pixel(Point::new(cut, 0.0));
+                path.move_to((x, seen.min_y));
+                path.line_to((x, seen.max_y));
+            }
+            KdNode::Y { cut, .. } if height >= NARROWEST => {
+                let (_, y) = page.pixel(Point::new(0.0, cut));
+                path.move_to((seen.min_x, y));
+                path.line_to((seen.max_x, y));
+            }
+            _ => {}
+        }
+    }
+    if tree.tiles() < 2 {
+        return None;
+    }
+    let (width, height) = page.frame.size();
+    let size = (width * height / f64::from(tree.tiles())).sqrt();
+    let line = (size / 70.0).clamp(0.4, 1.8);
+    svg.path(&path, &stroke(CELL, line));
+    Some(Entry {
+        sign: Sign::Line(CELL, line.max(0.9)),
+        text: "cells of the tiles",
+    })
+}
+
+/// Writes the tiles' numbers into their cells, where they find room.
+fn draw_labels(svg: &mut Svg, directory: &Directory, page: &Page) {
+    let cells: Vec<Rect> = directory.tree.cells().into_iter().map(|cell| page.cell(cell)).collect();
+    if !(2..=LABELS).contains(&cells.len()) {
+        return;
+    }
+    let mut sizes: Vec<f64> = cells.iter().map(|c| c.size().0.min(c.size().1)).collect();
+    sizes.sort_by(f64::total_cmp);
+    let size = (0.18 * sizes[sizes.len() / 2]).clamp(13.0, 26.0);
+    let style = format!(
+        "{} stroke=\"#fff\" stroke-opacity=\"0.85\" stroke-width=\"{:.1}\" stroke-linejoin=\"round\" paint-order=\"stroke\"",
+        fill(CELL),
+        size / 4.0
+    );
+    for (id, cell) in cells.iter().enumerate() {
+        let label = id.to_string();
+        let (width, height) = cell.size();
+        let size = size
+            .min(0.9 * height)
+            .min(size * 0.9 * width / text_width(&label, size));
+        if size >= 8.0 {
+            let (x, y) = ((cell.min_x + cell.max_x) / 2.0, (cell.min_y + cell.max_y) / 2.0);
+            svg.text((x, y + 0.36 * size), size, Anchor::Middle, &style, &label);
+        }
+    }
+}
+
+fn draw_axes(svg: &mut Svg, page: &Page) {
+    let f = page.frame;
+    let (x, y) = ((f.min_x + f.max_x) / 2.0, (f.min_y + f.max_y) / 2.0);
+    let mut path = Path::default();
+    let tick = |path: &mut Path, from: (f64, f64), to: (f64, f64)| {
+        path.move_to(from);
+        path.line_to(to);
+    };
+    for (at, _) in &page.x_axis.ticks {
+        tick(&mut path, (x + at, f.max_y), (x + at, f.max_y + 6.0));
+        tick(&mut path, (x + at, f.min_y), (x + at, f.min_y + 6.0));
+    }
+    for (at, _) in &page.y_axis.ticks {
+        tick(&mut path, (f.min_x - 6.0, y - at), (f.min_x, y - at));
+        tick(&mut path, (f.max_x - 6.0, y - at), (f.max_x, y - at));
+    }
+    svg.raw(&format!("<g transform=\"scale({})\">", 1.0 / UNITS));
+    svg.path(&path, &stroke(INK, 1.2));
+    svg.raw("</g>");
+    for (at, label) in &page.x_axis.ticks {
+        svg.text((x + at, f.max_y + 24.0), TICK_TEXT, Anchor::Middle, &fill(INK), label);
+    }
+    for (at, label) in &page.y_axis.ticks {
+        svg.text(
+            (f.min_x - 12.0, y - at + 0.36 * TICK_TEXT),
+            TICK_TEXT,
+            Anchor::End,
+            &fill(INK),
+            label,
+        );
+    }
+}
+
+fn draw_legend(svg: &mut Svg, entries: &[Entry], (mut x, y): (f64, f64)) {
+    let (middle, size) = (y - 5.0, 15.0);
+    for Entry { sign, text } in entries {
+        let end = x + 30.0;
+        svg.raw(&match *sign {
+            Sign::Line(colour, width) => {
+                format!("<path d=\"M{x:.1} {middle}h30\" stroke=\"{colour}\" stroke-width=\"{width:.1}\"/>")
+            }
+            Sign::Dot(colour) => format!("<circle cx=\"{:.1}\" cy=\"{middle}\" r=\"3.5\" fill=\"{colour}\"/>", x + 24.0),
+            Sign::Patch(colour) => format!(
+                "<rect x=\"{x:.1}\" y=\"{}\" width=\"30\" height=\"14\" fill=\"{colour}\" stroke=\"{EDGE}\" stroke-width=\"0.6\"/>",
+                middle - 7.0
+            ),
+        });
+        svg.text((end + 9.0, y), size, Anchor::Start, &fill(INK), text);
+        x = end + 9.0 + text_width(text, size) + 32.0;
+    }
+}
+
+fn subtitle(directory: &Directory) -> String {
+    let m = &directory.metadata;
+    [
+        counted(m.vertices, "vertex", "vertices"),
+        counted(m.triangles, "triangle", "triangles"),
+        counted(directory.tiles.len() as u64, "tile", "tiles"),
+    ]
+    .join("  ·  ")
+}
+
+fn caption(directory: &Directory, scene: &Scene) -> String {
+    let m = &directory.metadata;
+    let drawn = scene.points.len() as u64;
+    if m.vertices == 0 {
+        return "The file has no vertices".to_owned();
+    }
+    let all = counted(m.vertices, "vertex", "vertices");
+    match (scene.thinned, scene.triangles) {
+        (true, 0) => format!("Thinned: {} of {all}; no triangles", thousands(drawn)),
+        (true, _) => format!("Thinned: the Delaunay triangulation of {} of {all}", thousands(drawn)),
+        (false, 0) if drawn < 3 => format!("{all}; no triangles"),
+        (false, 0) => format!("{all}, all on one line; no triangles"),
+        (false, _) => format!("The whole Delaunay triangulation of {all}"),
+    }
+}
+
+fn counted(number: u64, one: &str, many: &str) -> String {
+    format!("{} {}", thousands(number), if number == 1 { one } else { many })
+}
+
+/// A name that is not too long for a line, its middle left out.
+fn middle_cut(name: &str) -> String {
+    let characters: Vec<char> = name.chars().collect();
+    if characters.len() <= NAME {
+        return name.to_owned();
+    }
+    let (start, end) = (&characters[..NAME / 2], &characters[characters.len() - NAME / 2..]);
+    start.iter().chain(&['…']).chain(end).collect()
+}

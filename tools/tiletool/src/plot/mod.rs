@@ -1,0 +1,118 @@
+//! Maps: the cells of the tiles over the triangulation, as SVG or PNG.
+//!
+//! Comes in: an open tile file. Goes out: a picture under its name, complete or not at all. A small file is drawn whole; of
+//! a large one, which no picture could show and which may exceed memory, the triangulation of a sample of its vertices.
+
+mod axis;
+mod map;
+mod page;
+mod png;
+mod scene;
+mod svg;
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use delaunay_tiles::store::TileReader;
+use serde::Serialize;
+
+use crate::common::{bytes, thousands};
+use page::Page;
+use scene::Scene;
+
+/// A picture's file, whose name says which kind it is.
+#[derive(Clone, Debug)]
+pub struct PlotFile {
+    path: PathBuf,
+    kind: Kind,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Svg,
+    Png,
+}
+
+impl PlotFile {
+    /// Tells the kind by the suffix.
+    pub fn new(path: PathBuf) -> Result<Self, String> {
+        let suffix = path.extension().map(|s| s.to_string_lossy().to_ascii_lowercase());
+        let kind = match suffix.as_deref() {
+            Some("svg") => Kind::Svg,
+            Some("png") => Kind::Png,
+            _ => return Err("maps are drawn as SVG or PNG: the name must end in .svg or .png".to_owned()),
+        };
+        Ok(Self { path, kind })
+    }
+}
+
+/// What was drawn; its names are the stable keys of `--json`.
+#[derive(Serialize)]
+pub struct Plotted {
+    file: String,
+    bytes: u64,
+    width: u32,
+    height: u32,
+    thinned: bool,
+    vertices: u64,
+    triangles: u64,
+}
+
+impl Plotted {
+    /// A line for people.
+    pub fn report(&self) -> String {
+        let drawn = match (self.thinned, self.vertices) {
+            (true, n) => format!("thinned to {} vertices", thousands(n)),
+            (false, 1) => "whole, 1 vertex".to_owned(),
+            (false, n) => format!("whole, {} vertices", thousands(n)),
+        };
+        let (width, height) = (self.width, self.height);
+        format!(
+            "{}: {width} x {height} pixels, {}, {drawn}\n",
+            self.file,
+            bytes(self.bytes)
+        )
+    }
+}
+
+/// Draws a map of a tile file.
+pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotted> {
+    let directory = reader.directory();
+    let scene = Scene::gather(reader).await?;
+    let page = Page::new(scene.bounds)?;
+    let name = Path::new(reader.name())
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy();
+    let svg = map::draw(&name, directory, &scene, &page);
+    let picture = match file.kind {
+        Kind::Svg => svg.into_bytes(),
+        Kind::Png => png::render(&svg)?,
+    };
+    write(&file.path, &picture).with_context(|| format!("{}: cannot write the map", file.path.display()))?;
+    Ok(Plotted {
+        file: file.path.display().to_string(),
+        bytes: picture.len() as u64,
+        width: page.width,
+        height: page.height,
+        thinned: scene.thinned,
+        vertices: scene.points.len() as u64,
+        triangles: scene.triangles,
+    })
+}
+
+/// Writes a file that appears under its name when it is complete.
+fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let mut name = OsString::from(".");
+    name.push(path.file_name().unwrap_or_default());
+    name.push(format!(".{}.partial", std::process::id()));
+    let partial = path.with_file_name(name);
+    let written = fs::write(&partial, bytes).and_then(|()| fs::rename(&partial, path));
+    if written.is_err() {
+        // The first error is the one to report.
+        let _ = fs::remove_file(&partial);
+    }
+    written
+}
