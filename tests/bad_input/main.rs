@@ -126,7 +126,7 @@ fn equal_points() {
 fn magnitudes_far_apart_and_far_away() {
     let mut random = Random(2);
     let mut magnitude = || {
-        let sign = if random.bits() % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if random.bits().is_multiple_of(2) { 1.0 } else { -1.0 };
         sign * 10f64.powf(60.0 * random.unit() - 30.0)
     };
     let wild: Vec<_> = (0..300).map(|_| Point::new(magnitude(), magnitude())).collect();
@@ -199,7 +199,7 @@ fn batches_that_contradict_themselves() {
             b.points[0].x = f64::NAN;
         }),
     ] {
-        let result = in_time(build_batches(&scratch.path, &[bad.clone()], options(8)));
+        let result = in_time(build_batches(&scratch.path, std::slice::from_ref(&bad), options(8)));
         assert!(
             matches!(result, Err(BuildError::Batch { .. } | BuildError::InvalidZ { .. })),
             "{bad:?}: {result:?}"
