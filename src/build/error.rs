@@ -51,10 +51,28 @@ pub enum BuildError {
         /// Where it is.
         point: Point,
     },
+    /// A z is NaN or infinite.
+    #[error("record {record} has z {z}, which is not finite")]
+    InvalidZ {
+        /// The record.
+        record: u64,
+        /// Its z.
+        z: f64,
+    },
+    /// A batch has another number of records, or of z, than of points.
+    #[error("a batch has {points} points, {z} z and {records} records")]
+    Batch {
+        /// Its points.
+        points: usize,
+        /// Its z.
+        z: usize,
+        /// Its records.
+        records: usize,
+    },
     /// Two records lie at one place, where that was to be an error.
     #[error("records {} and {} both lie at ({}, {})", records[0], records[1], point.x, point.y)]
     Duplicate {
-        /// The two records of the smallest numbers.
+        /// The first record that lies on an earlier one, after the first of those.
         records: [u64; 2],
         /// Where they are.
         point: Point,

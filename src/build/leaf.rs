@@ -26,11 +26,17 @@ pub(super) struct Leaf {
     pub(super) duplicates: u64,
 }
 
-/// Two records at one place, where that is an error.
+/// There are two records at one place, where that is an error.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct DuplicateFound {
-    pub(super) point: Point,
-    pub(super) records: [u64; 2],
+pub(super) struct DuplicateFound;
+
+/// Of all records of a leaf that lie on an earlier one, the first, and where: its earliest fellow, it, the place.
+pub(super) fn first_duplicate(items: &[Item], attributes: &Attributes) -> Option<([u64; 2], Point)> {
+    let mut places: Vec<(Point, u64)> = items.iter().map(|i| (i.point, attributes.record(i.position))).collect();
+    places.sort_unstable_by(|a, b| a.0.lex_cmp(b.0).then(a.1.cmp(&b.1)));
+    let groups = places.chunk_by(|a, b| a.0 == b.0);
+    let second = groups.filter_map(|group| Some(([group[0].1, group.get(1)?.1], group[0].0)));
+    second.min_by_key(|(records, _)| (records[1], records[0]))
 }
 
 /// Triangulates the points of a leaf.
@@ -168,10 +174,7 @@ fn merge_duplicates(items: &[Item], attributes: &Attributes, rule: Duplicates) -
                 found if { kept[found as usize].point } == { item.point } => {
                     let known = &mut kept[found as usize];
                     if rule == Duplicates::Error {
-                        let mut records = [known.position, item.position].map(|p| attributes.record(p));
-                        records.sort_unstable();
-                        let point = item.point;
-                        return Err(DuplicateFound { point, records });
+                        return Err(DuplicateFound);
                     }
                     if precedes(item, known, attributes, rule) {
                         *known = *item;

@@ -115,11 +115,18 @@ impl Builder {
     /// Takes a batch of points.
     ///
     /// # Errors
-    /// If a point is [not valid](crate::geometry::Point::is_valid), the points outgrow the memory, or the build was
-    /// cancelled.
+    /// If a point is [not valid](crate::geometry::Point::is_valid) or a z not finite, the batch's arrays are not equally
+    /// long, the points outgrow the memory, or the build was cancelled.
     pub async fn push(&mut self, batch: &PointBatch) -> Result<(), BuildError> {
         if self.options.progress.is_cancelled() {
             return Err(BuildError::Cancelled);
+        }
+        let (points, z, records) = (batch.points.len(), batch.z.len(), batch.records.len());
+        if records != points || !(z == points || z == 0) {
+            return Err(BuildError::Batch { points, z, records });
+        }
+        if let Some((&z, &record)) = batch.z.iter().zip(&batch.records).find(|(z, _)| !z.is_finite()) {
+            return Err(BuildError::InvalidZ { record, z });
         }
         let invalid = batch.points.iter().zip(&batch.records).find(|(p, _)| !p.is_valid());
         if let Some((&point, &record)) = invalid {

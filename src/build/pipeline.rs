@@ -15,7 +15,7 @@ use tokio::sync::mpsc;
 use super::border::assemble;
 use super::border_log::BorderLog;
 use super::divide::{Division, divide};
-use super::leaf::{DuplicateFound, OpenSide, conquer};
+use super::leaf::{DuplicateFound, OpenSide, conquer, first_duplicate};
 use super::merge::merge;
 use super::node::{Seam, Workspace};
 use super::options::{BuildOptions, Phase};
@@ -104,8 +104,13 @@ pub(super) fn run(
     if let Some(error) = found.spilling.take() {
         return Err(spilling(error));
     }
-    if let Some((_, DuplicateFound { point, records })) = found.duplicate {
-        return Err(BuildError::Duplicate { records, point });
+    if found.duplicate {
+        // Which leaf found one first depends on the threads; which one is reported does not.
+        let leaves = division.leaves.iter().map(|leaf| &points.items[leaf.clone()]);
+        let first = leaves.filter_map(|items| first_duplicate(items, &points.attributes));
+        if let Some((records, point)) = first.min_by_key(|(records, _)| (records[1], records[0])) {
+            return Err(BuildError::Duplicate { records, point });
+        }
     }
     if progress.is_cancelled() {
         return Err(BuildError::Cancelled);
@@ -150,8 +155,8 @@ struct Found {
     spilling: Option<io::Error>,
     levels: Vec<LevelSummary>,
     duplicates: u64,
-    /// The duplicate of the first tile that has one, where duplicates are an error.
-    duplicate: Option<(TileId, DuplicateFound)>,
+    /// Whether a tile has a duplicate, where these are an error.
+    duplicate: bool,
 }
 
 impl<'a> Conquest<'a> {
@@ -205,11 +210,8 @@ impl<'a> Conquest<'a> {
         let duplicates = self.options.duplicates;
         let leaf = match conquer(workspace, items, &self.points.attributes, duplicates, tile, cell) {
             Ok(leaf) => leaf,
-            Err(duplicate) => {
-                let mut found = self.found.lock();
-                if found.duplicate.as_ref().is_none_or(|(first, _)| tile < *first) {
-                    found.duplicate = Some((tile, duplicate));
-                }
+            Err(DuplicateFound) => {
+                self.found.lock().duplicate = true;
                 return Err(Closed);
             }
         };

@@ -149,14 +149,14 @@ async fn foreign_vertices_that_no_tile_has() {
 #[tokio::test]
 async fn a_wrong_count_of_triangles() {
     for format in Format::ALL {
-        for owned in [0, 2] {
-            let draft = Draft {
-                owned,
-                ..Draft::default()
-            };
-            let says = format!("1 triangles belong to it, and {owned} by the directory");
-            draft.says(format, &says).await;
-        }
+        // More than the tile has are refused when the file is opened.
+        let draft = Draft {
+            owned: 0,
+            ..Draft::default()
+        };
+        draft
+            .says(format, "1 triangles belong to it, and 0 by the directory")
+            .await;
     }
 }
 

@@ -3,6 +3,7 @@
 //! The walk crosses any side that has the point strictly on its other side (Devillers, Pion and Teillaud, "Walking in a
 //! triangulation", 2002); on a Delaunay triangulation it cannot go in circles.
 
+use super::representable;
 use super::star::{next, previous, side_towards};
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::store::{Across, ReadError, Tile, TileId, TileReader, Vertex, VertexId};
@@ -150,12 +151,13 @@ fn inside(tile: &Tile, sides: [u32; 3], turns: [Orientation; 3]) -> Location {
 }
 
 impl TileReader {
-    /// Where a point lies. Reads the tile of its cell, and others where the walk to the point enters them.
+    /// Where a point lies. Reads the tile of its cell, and others where the walk to the point enters them. A coordinate closer
+    /// to 0 than [`Point::MIN_MAGNITUDE`] counts as 0.
     ///
     /// # Errors
     /// If a tile cannot be read, or tiles contradict each other. A point that is not finite lies outside.
     pub async fn locate(&self, x: f64, y: f64) -> Result<Location, ReadError> {
-        let target = Point::new(x, y).normalized();
+        let target = Point::new(representable(x), representable(y));
         let directory = self.directory();
         let Some(mut id) = directory.tree.tile_at(target) else {
             return Ok(Location::Outside);

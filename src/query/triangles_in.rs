@@ -2,18 +2,21 @@
 
 use futures::stream::{self, Stream, StreamExt};
 
-use super::TriangleRef;
+use super::{TriangleRef, representable};
 use crate::geometry::{Orientation, Point, Rect, orient2d};
 use crate::store::{ReadError, TileId, TileReader};
 
 impl TileReader {
-    /// The triangles that have a point in common with a closed rectangle, each once, in the order of the tiles.
+    /// The triangles that have a point in common with a closed rectangle, each once, in the order of the tiles. A side closer
+    /// to 0 than [`Point::MIN_MAGNITUDE`] counts as 0.
     ///
     /// The stream is `Send + 'static` and must be polled within a tokio runtime.
     pub fn triangles_in(
         &self,
         rect: Rect,
     ) -> impl Stream<Item = Result<TriangleRef, ReadError>> + Send + Unpin + 'static + use<> {
+        let [min_x, min_y, max_x, max_y] = [rect.min_x, rect.min_y, rect.max_x, rect.max_y].map(representable);
+        let rect = Rect::new(min_x, min_y, max_x, max_y);
         let tiles = self.directory().tiles.iter().zip(0..);
         let ids: Vec<TileId> = tiles
             .filter(|(entry, _)| entry.bounds.intersects(rect))

@@ -73,25 +73,45 @@ impl Cache {
     where
         F: Future<Output = Loaded> + Send + 'static,
     {
-        let waiting = {
-            let mut state = self.state.lock();
-            if let Some(tile) = state.tiles.get(&key).cloned() {
-                state.statistics.hits += 1;
-                return Ok(tile);
+        let mut load = Some(load);
+        loop {
+            let (waiting, mine) = {
+                let mut state = self.state.lock();
+                if let Some(tile) = state.tiles.get(&key).cloned() {
+                    state.statistics.hits += 1;
+                    return Ok(tile);
+                }
+                match (state.loads.get(&key).cloned(), load.take()) {
+                    (Some(others), unused) => {
+                        state.statistics.shared_loads += 1;
+                        load = unused;
+                        (others, false)
+                    }
+                    (None, Some(load)) => {
+                        state.statistics.misses += 1;
+                        let task = tokio::spawn(finish(self.clone(), key, load()));
+                        let load = async move { task.await.unwrap_or_else(|_| Err(ReadError::Cancelled)) };
+                        let load = load.boxed().shared();
+                        state.loads.insert(key, load.clone());
+                        (load, true)
+                    }
+                    (None, None) => return Err(ReadError::Cancelled),
+                }
+            };
+            let loaded = waiting.clone().await;
+            if matches!(loaded, Err(ReadError::Cancelled)) {
+                // A task that is dropped before it runs, with its runtime, does not end its load itself.
+                let mut state = self.state.lock();
+                if state.loads.get(&key).is_some_and(|load| load.ptr_eq(&waiting)) {
+                    state.loads.remove(&key);
+                }
+                if !mine {
+                    // Its runtime is gone and ours is not, so we load ourselves.
+                    continue;
+                }
             }
-            if let Some(load) = state.loads.get(&key).cloned() {
-                state.statistics.shared_loads += 1;
-                load
-            } else {
-                state.statistics.misses += 1;
-                let task = tokio::spawn(finish(self.clone(), key, load()));
-                let load = async move { task.await.unwrap_or_else(|_| Err(ReadError::Cancelled)) };
-                let load = load.boxed().shared();
-                state.loads.insert(key, load.clone());
-                load
-            }
-        };
-        waiting.await
+            return loaded;
+        }
     }
 
     /// The tile if it is there; does not count as a use.

@@ -12,6 +12,12 @@ use crate::geometry::Rect;
 const PAGE_ENTRIES: usize = 4096;
 /// The most tiles that the root has room for: two nodes of 16 bytes each, in 64 MiB.
 pub(crate) const MAX_TILES: u32 = 2_000_000;
+/// No directory is longer: a root, and pages for all tiles.
+pub(crate) const MAX_DIRECTORY: u64 = 256 << 20;
+/// Bytes of a core that a vertex takes at least: x and y.
+const VERTEX_BYTES: u64 = 16;
+/// Bytes that a triangle takes at least: corners and neighbours.
+const TRIANGLE_BYTES: u64 = 6;
 
 /// Where bytes lie, and their CRC-32C.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -184,12 +190,15 @@ impl Directory {
         let nodes = root.nodes().iter().map(decode_node).collect::<Result<_, _>>()?;
         let tree = KdTree::new(nodes).map_err(|reason| format!("the k-d tree is broken: {reason}"))?;
         let mut tiles = Vec::new();
+        let mut first = root_bytes.len();
         for extent in root.pages() {
-            let first = usize::try_from(extent.offset()).map_err(|_| "a page lies outside")?;
-            let page = first
-                .checked_add(extent.length() as usize)
-                .and_then(|end| bytes.get(first..end))
-                .ok_or("a page lies outside")?;
+            // Back to back, so that no directory can make its reader check the same bytes again and again.
+            if extent.offset() != first as u64 {
+                return Err(format!("a page lies at {}, not {first}", extent.offset()));
+            }
+            let end = first + extent.length() as usize;
+            let page = bytes.get(first..end).ok_or("a page lies outside")?;
+            first = end;
             check_crc("a page of the directory", page, extent.crc())?;
             let page: schema::Page<'_> = verified(page, "a page of the directory")?;
             if page.first_tile() as usize != tiles.len() {
@@ -211,6 +220,13 @@ impl Directory {
                 tiles.len(),
                 tree.tiles()
             ));
+        }
+        let stored: u64 = tiles
+            .iter()
+            .map(|t| u64::from(t.core.length) + u64::from(t.border.length))
+            .sum();
+        if stored > superblock.file_length {
+            return Err(format!("its tiles take {stored} bytes, more than the file has"));
         }
         let metadata = decode_metadata(root);
         let sum = |count: fn(&TileEntry) -> u32| tiles.iter().map(|t| u64::from(count(t))).sum::<u64>();
@@ -293,6 +309,16 @@ fn decode_entry(entry: &schema::TileEntry, superblock: &Superblock) -> Result<Ti
             return Err(format!("its extent of {length} bytes at {offset} is absurd"));
         }
     }
+    // Others allocate by these counts, so the file must have room for what they count.
+    let (core, border) = (u64::from(entry.core_triangles()), u64::from(entry.border_triangles()));
+    let core_bytes = VERTEX_BYTES * u64::from(entry.vertices()) + TRIANGLE_BYTES * core;
+    let owned = u64::from(entry.owned_triangles());
+    if core_bytes > entry.core_length().into()
+        || TRIANGLE_BYTES * border > entry.border_length().into()
+        || !(core..=core + border).contains(&owned)
+    {
+        return Err("its counts are absurd".to_owned());
+    }
     Ok(TileEntry {
         core: Extent {
             offset: entry.core_offset(),
@@ -336,7 +362,12 @@ pub(crate) fn verified<'b, T>(bytes: &'b [u8], what: &str) -> Result<T, String>
 where
     T: flatbuffers::Follow<'b, Inner = T> + flatbuffers::Verifiable + 'b,
 {
-    flatbuffers::root::<T>(bytes).map_err(|error| format!("{what} is no valid FlatBuffer: {error}"))
+    // Parts of a buffer may be shared, but not so that unpacking them takes many times its size.
+    let options = flatbuffers::VerifierOptions {
+        max_apparent_size: 4 * bytes.len() + 4096,
+        ..flatbuffers::VerifierOptions::default()
+    };
+    flatbuffers::root_with_opts::<T>(&options, bytes).map_err(|error| format!("{what} is no valid FlatBuffer: {error}"))
 }
 
 /// Checks a CRC-32C.
@@ -354,4 +385,60 @@ fn padded(buffer: &[u8]) -> Vec<u8> {
     let mut bytes = buffer.to_vec();
     bytes.resize(bytes.len().next_multiple_of(8), 0);
     bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A root of 100 KB whose thousand sources share one name would unpack to 100 MB.
+    #[test]
+    fn a_directory_cannot_unpack_to_many_times_its_size() {
+        let mut builder = FlatBufferBuilder::new();
+        let name = Some(builder.create_string(&"x".repeat(100_000)));
+        let source = schema::SourceArgs { name, records: 0 };
+        let sources: Vec<_> = (0..1000)
+            .map(|_| schema::Source::create(&mut builder, &source))
+            .collect();
+        let sources = Some(builder.create_vector(&sources));
+        let nodes = Some(builder.create_vector::<schema::KdNode>(&[]));
+        let pages = Some(builder.create_vector::<schema::PageExtent>(&[]));
+        let args = schema::DirectoryArgs {
+            nodes,
+            pages,
+            sources,
+            ..schema::DirectoryArgs::default()
+        };
+        let root = schema::Directory::create(&mut builder, &args);
+        builder.finish(root, None);
+        let bytes = builder.finished_data();
+        assert!(flatbuffers::root::<schema::Directory<'_>>(bytes).is_ok());
+        assert!(verified::<schema::Directory<'_>>(bytes, "it").is_err());
+    }
+
+    #[test]
+    fn many_sources_with_short_names_are_read() {
+        let source = |i: u64| Source {
+            name: "a".repeat(i as usize % 2),
+            records: i,
+        };
+        let directory = Directory {
+            metadata: Metadata {
+                sources: (0..10_000).map(source).collect(),
+                ..Metadata::default()
+            },
+            ..Directory::default()
+        };
+        let (bytes, root_length, root_crc) = directory.encode();
+        let superblock = Superblock {
+            file_id: crate::store::FileId(0),
+            generation: 1,
+            file_length: FIRST_EXTENT + bytes.len() as u64,
+            directory_offset: FIRST_EXTENT,
+            directory_length: bytes.len() as u64,
+            root_length,
+            root_crc,
+        };
+        assert_eq!(Directory::decode(&bytes.into(), &superblock), Ok(directory));
+    }
 }

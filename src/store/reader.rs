@@ -144,6 +144,10 @@ impl TileReader {
         let bytes = bytes.map_err(io("the directory"))?;
         let directory = Directory::decode(&bytes, &superblock)
             .map_err(|reason| invalid(format!("its directory is damaged: {reason}")))?;
+        // Caches go by the id: a file must not pass for another.
+        if superblock.file_id != FileId::of(&bytes) {
+            return Err(invalid("its id is not that of its directory".to_owned()));
+        }
         let cache = options.cache.unwrap_or_else(|| Cache::new(DEFAULT_CACHE));
         tracing::debug!(
             file = &*name,

@@ -5,6 +5,8 @@
 
 use std::fmt;
 
+use super::directory::MAX_DIRECTORY;
+
 /// Bytes of a superblock, and the alignment of extents.
 pub(crate) const BLOCK: u64 = 4096;
 /// Where the first extent lies.
@@ -19,6 +21,13 @@ const MAGIC: [u8; 8] = *b"DELTILES";
 /// The identity of a file: a hash of all it holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FileId(pub u128);
+
+impl FileId {
+    /// The id of a file with this directory, which has the checksums of all else.
+    pub(crate) fn of(directory: &[u8]) -> Self {
+        Self(xxhash_rust::xxh3::xxh3_128(directory))
+    }
+}
 
 impl fmt::Display for FileId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -94,6 +103,7 @@ impl Superblock {
         let end = this.directory_offset.checked_add(this.directory_length);
         if this.directory_offset < FIRST_EXTENT
             || end.is_none_or(|end| end > this.file_length)
+            || this.directory_length > MAX_DIRECTORY
             || u64::from(this.root_length) > this.directory_length
             || u64::from(this.root_length) > MAX_FLATBUFFER
         {

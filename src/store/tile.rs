@@ -150,7 +150,11 @@ impl Tile {
             return Err("a record number exceeds 64 bits".to_owned());
         }
         let points = (0..corners as usize).map(|corner| self.corner_point(corner));
-        match points.zip(0..).find(|(p, _)| !p.is_valid()) {
+        let negative_zero = |v: f64| v == 0.0 && v.is_sign_negative();
+        match points
+            .zip(0..)
+            .find(|(p, _)| !p.is_valid() || negative_zero(p.x) || negative_zero(p.y))
+        {
             Some((p, corner)) => Err(format!("corner {corner} is at ({}, {})", p.x, p.y)),
             None => Ok(()),
         }

@@ -5,7 +5,7 @@ use std::io;
 use bytes::{Bytes, BytesMut};
 
 use super::Directory;
-use super::directory::Extent;
+use super::directory::{Extent, MAX_DIRECTORY};
 use super::superblock::{BLOCK, FIRST_EXTENT, FileId, MAX_FLATBUFFER, Superblock};
 use crate::io::WriteAt;
 
@@ -80,7 +80,7 @@ impl<W: WriteAt> TileWriter<W> {
     /// Returns the length of the file.
     pub(crate) async fn finish(mut self, directory: &Directory) -> io::Result<u64> {
         let (bytes, root_length, root_crc) = directory.encode();
-        if u64::from(root_length) > MAX_FLATBUFFER {
+        if u64::from(root_length) > MAX_FLATBUFFER || bytes.len() as u64 > MAX_DIRECTORY {
             let message = "the directory is larger than the format allows; use larger tiles";
             return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
         }
@@ -91,7 +91,7 @@ impl<W: WriteAt> TileWriter<W> {
         self.flush().await?;
         self.file.sync().await?;
         let superblock = Superblock {
-            file_id: FileId(xxhash_rust::xxh3::xxh3_128(&bytes)),
+            file_id: FileId::of(&bytes),
             generation: 1,
             file_length: self.written,
             directory_offset,

@@ -1,13 +1,16 @@
 //! What several tests share: points of every distribution, builds in a scratch folder, the in-core reference.
 #![allow(dead_code, reason = "each test uses its part")]
 
+pub mod flat;
+
 use std::path::{Path, PathBuf};
 
 use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
+use delaunay_tiles::io::MemoryFile;
 use delaunay_tiles::mesh::{EngineKind, Triangulation};
-use delaunay_tiles::store::{Digest, OpenOptions, TileReader};
+use delaunay_tiles::store::{Digest, OpenOptions, ReadError, TileReader};
 use distributions::Kind;
 
 /// Points of a distribution.
@@ -99,4 +102,44 @@ pub fn runtime() -> tokio::runtime::Runtime {
         .enable_all()
         .build()
         .unwrap()
+}
+
+/// The bytes of a tile file.
+pub async fn file_bytes(batches: &[PointBatch], options: BuildOptions) -> Vec<u8> {
+    let scratch = Scratch::new();
+    build_batches(&scratch.path, batches, options).await.unwrap();
+    std::fs::read(&scratch.path).unwrap()
+}
+
+/// Opens a file that lies in memory.
+pub async fn open_bytes(bytes: Vec<u8>) -> Result<TileReader, ReadError> {
+    TileReader::open_source(MemoryFile::new(bytes), "bytes", OpenOptions::default()).await
+}
+
+/// Random numbers from a seed (SplitMix64).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    pub fn below(&mut self, limit: usize) -> usize {
+        (self.bits() % limit as u64) as usize
+    }
+
+    /// From 0 up to 1.
+    pub fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn shuffle<T>(&mut self, items: &mut [T]) {
+        for i in (1..items.len()).rev() {
+            items.swap(i, self.below(i + 1));
+        }
+    }
 }

@@ -6,6 +6,7 @@
 //! - each triangle is counter-clockwise, and each edge's circle is empty, ties broken by the rule;
 //! - around each vertex the triangles close once, or make a fan of at most a half-turn on the hull;
 //! - the hull, which turns left everywhere, goes round once: it has a single lexicographic minimum;
+//! - counts and bounds of the directory are those of the tiles;
 //! - each triangle stands in all tiles of its vertices, and is the same there: for each pair of tiles the hashes of
 //!   the triangles that the one owns and the other shares cancel.
 //!
@@ -17,14 +18,16 @@
 
 mod points;
 mod star;
+#[cfg(test)]
+mod tests;
 mod tile;
 
 use std::collections::HashMap;
 
 use futures::stream::StreamExt;
 
-use super::{ReadError, Tile, TileId, TileReader};
-use crate::geometry::{Orientation, Point, orient2d};
+use super::{Directory, ReadError, Tile, TileId, TileReader};
+use crate::geometry::{Orientation, Point, Rect, orient2d};
 use tile::TileReport;
 
 /// What is wrong with a tile.
@@ -111,6 +114,7 @@ impl TileReader {
             let (tile, report) = report?;
             totals.add(self, report.map_err(|fault| fault.of(tile))?)?;
         }
+        self.verify_metadata()?;
         if deep {
             self.verify_whole(&totals).await?;
         }
@@ -120,6 +124,36 @@ impl TileReader {
             triangles: directory.metadata.triangles,
             edges: totals.edges,
         })
+    }
+
+    /// Checks the root of the directory against its entries, which are known to be right.
+    fn verify_metadata(&self) -> Result<(), VerifyError> {
+        let Directory { metadata, tiles, .. } = self.directory();
+        let bounds = tiles.iter().fold(Rect::EMPTY, |all, tile| all.union(tile.bounds));
+        if bounds != metadata.bounds {
+            let found = metadata.bounds;
+            return Err(VerifyError::File(format!(
+                "its bounds are {bounds:?}, and the directory says {found:?}"
+            )));
+        }
+        if metadata.points.checked_sub(metadata.duplicates) != Some(metadata.vertices) {
+            return Err(VerifyError::File(format!(
+                "{} points less {} duplicates are not {} vertices",
+                metadata.points, metadata.duplicates, metadata.vertices
+            )));
+        }
+        match tiles
+            .iter()
+            .zip(0u32..)
+            .find(|(tile, _)| tile.vertices > metadata.tile_vertices)
+        {
+            Some((tile, number)) => {
+                let (found, most) = (tile.vertices, metadata.tile_vertices);
+                let reason = format!("it has {found} vertices, and tiles were cut for {most}");
+                Err(Fault::new(reason).of(TileId(number)))
+            }
+            None => Ok(()),
+        }
     }
 
     /// Checks what no tile can tell alone.
