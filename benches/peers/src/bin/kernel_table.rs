@@ -1,28 +1,33 @@
 //! Prints a Markdown table of nanoseconds and bytes per point: the library's kernel beside its peers.
 //!
-//! The triangulators take turns on the same input, round by round, so that noise meets all of them; medians count. In
-//! every run the library's kernel and spade must give the same number of triangles.
+//! The triangulators, all single-threaded, take turns on the same input, round by round, so that noise meets all of
+//! them; medians count. The time is the thread's on the processor, which other processes lengthen far less than the time
+//! on the wall. In every run the library's kernel and spade must give the same number of triangles.
 
 use std::process::ExitCode;
-use std::time::Instant;
 
+use cpu_time::ThreadTime;
+use delaunay_tiles::mesh::{Engine as _, Triangulation};
 use distributions::Kind;
 use peakmem_alloc::{INSTRUMENTED_SYSTEM, PeakMemAlloc, PeakMemAllocTrait};
+use peers::incremental::{Incremental, Order};
 use peers::{Contender, Input, KINDS, Outcome, Peer};
 
 #[global_allocator]
 static MEMORY: &PeakMemAlloc<std::alloc::System> = &INSTRUMENTED_SYSTEM;
 
-const USAGE: &str = "usage: kernel-table [--points N] [--rounds R] [--fresh] [--kind NAME] [--only PEER]
+const USAGE: &str = "usage: kernel-table [--points N] [--rounds R] [--fresh] [--parts] [--kind NAME] [--only PEER]
 
 Triangulates N points (default 1048576) R times (default 7) with each triangulator, in turns, and prints medians.
 --fresh makes new engines in every round: the memory that the library keeps between calls is then allocated again.
+--parts adds how the second candidate's time is shared among its steps.
 --kind measures one distribution, any that there is; --only one triangulator, for a profiler.";
 
 struct Arguments {
     points: u64,
     rounds: usize,
     fresh: bool,
+    parts: bool,
     kinds: Vec<Kind>,
     peers: Vec<Peer>,
 }
@@ -32,6 +37,7 @@ fn arguments() -> Option<Arguments> {
         points: 1 << 20,
         rounds: 7,
         fresh: false,
+        parts: false,
         kinds: KINDS.to_vec(),
         peers: Peer::ALL.to_vec(),
     };
@@ -40,6 +46,7 @@ fn arguments() -> Option<Arguments> {
         match word.as_str() {
             "--points" => arguments.points = words.next()?.parse().ok().filter(|n| (1..1 << 29).contains(n))?,
             "--rounds" => arguments.rounds = words.next()?.parse().ok().filter(|&n| n > 0)?,
+            "--parts" => arguments.parts = true,
             "--fresh" => arguments.fresh = true,
             "--kind" => arguments.kinds = vec![words.next()?.parse().ok()?],
             "--only" => {
@@ -83,7 +90,7 @@ fn measure(arguments: &Arguments, input: &Input) -> Vec<(Peer, Measured)> {
             }
             let owned = contender.owned(input);
             MEMORY.reset_peak_memory();
-            let begin = Instant::now();
+            let begin = ThreadTime::now();
             let outcome = contender.run(input, owned);
             let time = begin.elapsed();
             if round > 0 {
@@ -117,6 +124,27 @@ fn result_bytes(contender: &Contender, outcome: &Outcome) -> Option<usize> {
             Some(size_of::<usize>() * (t.triangles.capacity() + t.halfedges.capacity() + t.hull.capacity()))
         }
         _ => None,
+    }
+}
+
+/// Prints how the second candidate's time is shared among ordering, inserting, and writing the result.
+fn print_parts(arguments: &Arguments) {
+    println!("\n| | order | ordering | inserting | writing |\n|---|---|--:|--:|--:|");
+    for &kind in &arguments.kinds {
+        let input = Input::new(kind, arguments.points);
+        for order in [Order::Brio, Order::Hilbert] {
+            let (mut engine, mut mesh) = (Incremental::new(order), Triangulation::default());
+            let mut parts = [0.0; 3];
+            for _ in 0..arguments.rounds {
+                engine.triangulate(&input.points, &mut mesh);
+                for (sum, part) in parts.iter_mut().zip(engine.parts) {
+                    *sum += 100.0 * part.as_secs_f64();
+                }
+            }
+            let whole = parts.iter().sum::<f64>() / 100.0;
+            let [ordering, inserting, writing] = parts.map(|part| part / whole);
+            println!("| {kind} | {order:?} | {ordering:.0} % | {inserting:.0} % | {writing:.0} % |");
+        }
     }
 }
 
@@ -184,6 +212,9 @@ fn main() -> ExitCode {
     }
     for line in wrong {
         println!("\n{line}");
+    }
+    if arguments.parts {
+        print_parts(&arguments);
     }
     ExitCode::SUCCESS
 }
