@@ -28,7 +28,7 @@ const GHOST: u32 = u32::MAX;
 pub enum Order {
     /// Along one Hilbert curve through all points.
     Hilbert,
-    /// In random rounds, each four times as large as those before it together would be, along a Hilbert curve within.
+    /// In random rounds, each three times as large as all before it together, along a Hilbert curve within.
     #[default]
     Brio,
 }
