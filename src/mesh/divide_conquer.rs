@@ -5,14 +5,13 @@
 //! Sources: Guibas and Stolfi, "Primitives for the manipulation of general subdivisions and the computation of Voronoi
 //! diagrams" (1985) for the merge; Dwyer, "A faster divide-and-conquer algorithm for constructing Delaunay
 //! triangulations" (1987) for cuts along both axes; Shewchuk, "Triangle" (1996) for triangles with ghosts in place of
-//! quad-edges. Departures: the cut goes across the longer side of the cell, not in strict alternation, and the circle
-//! test is the perturbed one, so that the result is canonical without flips afterwards.
+//! quad-edges. Departures: cells are halved in space, not by count, so that one sort by Morton keys (Morton, 1966) finds
+//! all the cuts and no medians are selected; and the circle test is the perturbed one, so that the result is canonical
+//! without flips afterwards.
 //!
 //! Every hull edge u → v has a ghost triangle (v, u, ∞) on its outer side. So a set of two points, or a chain on one
 //! line, is a ring of ghosts like any other hull, and n points always have 2n − 2 triangles, ghosts included: the merge
 //! turns ghosts into triangles and back, and makes two new ones (below and above).
-
-use std::cmp::Ordering;
 
 use super::{Engine, NONE, Triangulation};
 use crate::geometry::{Orientation, Point, Rect, in_circle, orient2d};
@@ -76,9 +75,15 @@ enum Axis {
 /// The divide-and-conquer engine, with the memory that it keeps between calls.
 #[derive(Default)]
 pub(super) struct DivideConquer {
-    /// The points in the order of the cuts, with their index in the caller's array; vertices are positions in it.
-    keyed: Vec<(Point, u32)>,
+    /// For each vertex the index of its point in the caller's array, in the bits of `index_mask`, below as much of the
+    /// point's [`morton`] key as there is room for.
+    keyed: Vec<u64>,
+    index_mask: u64,
+    /// The points in the order of the cuts; vertices are positions in it.
+    points: Vec<Point>,
     triangles: Vec<Tri>,
+    /// The ghosts of the result.
+    ghosts: Vec<Side>,
 }
 
 impl Engine for DivideConquer {
@@ -88,58 +93,95 @@ impl Engine for DivideConquer {
             mesh.set_collinear(points);
             return;
         }
+        self.index_mask = (points.len() as u64).next_power_of_two() - 1;
         self.keyed.clear();
-        self.keyed.extend(points.iter().zip(0u32..).map(|(&p, i)| (p, i)));
+        self.keyed.extend(0..points.len() as u64);
+        self.points.clear();
+        self.points.extend_from_slice(points);
         self.triangles.clear();
         self.triangles.reserve(2 * points.len());
-        let hull = self.conquer(0, points.len(), Rect::around(points.iter().copied()));
+        let hull = self.conquer(points, 0, points.len());
         self.emit(points, hull, mesh);
     }
 }
 
 impl DivideConquer {
-    /// Triangulates the points `from..to`, two at least, which lie in `cell`: cuts, conquers both halves, merges.
-    fn conquer(&mut self, from: usize, to: usize, cell: Rect) -> Hull {
+    /// Triangulates the points `from..to`, two at least: cuts, conquers both parts, merges. They are sorted by key, or
+    /// their keys are equal.
+    fn conquer(&mut self, points: &[Point], from: usize, to: usize) -> Hull {
         if to - from <= 3 {
             return self.conquer_few(from, to);
         }
-        let (width, height) = cell.size();
-        let axis = if width >= height { Axis::X } else { Axis::Y };
-        let half = (to - from) / 2;
-        let part = &mut self.keyed[from..to];
-        match axis {
-            Axis::X => part.select_nth_unstable_by(half, |a, b| by_less(a.0, b.0, xy_less)),
-            Axis::Y => part.select_nth_unstable_by(half, |a, b| by_less(a.0, b.0, yx_less)),
-        };
-        let cut = self.keyed[from + half].0;
-        let (mut low, mut high) = (cell, cell);
-        match axis {
-            Axis::X => (low.max_x, high.min_x) = (cut.x, cut.x),
-            Axis::Y => (low.max_y, high.min_y) = (cut.y, cut.y),
+        if self.keyed[from] ^ self.keyed[to - 1] <= self.index_mask {
+            self.sort(points, from, to);
         }
-        let left = self.conquer(from, from + half, low);
-        let right = self.conquer(from + half, to, high);
+        // The highest bit in which keys differ says where the smallest cell around the points is halved.
+        let bit = (self.keyed[from] ^ self.keyed[to - 1]).ilog2();
+        let axis = if bit % 2 == 1 { Axis::X } else { Axis::Y };
+        let mut cut = from + self.keyed[from..to].partition_point(|key| key >> bit & 1 == 0);
+        // A part has two points at least: a lone one gets the one next to the cut from the other side.
+        if cut - from == 1 {
+            let next = (cut..to).reduce(|a, b| if self.comes_before(axis, b, a) { b } else { a });
+            let next = next.expect("three points are left");
+            self.keyed[cut..=next].rotate_right(1);
+            self.points[cut..=next].rotate_right(1);
+            cut += 1;
+        } else if to - cut == 1 {
+            let next = (from..cut).reduce(|a, b| if self.comes_before(axis, a, b) { b } else { a });
+            let next = next.expect("three points are left");
+            self.keyed[next..cut].rotate_left(1);
+            self.points[next..cut].rotate_left(1);
+            cut -= 1;
+        }
+        let left = self.conquer(points, from, cut);
+        let right = self.conquer(points, cut, to);
         self.merge(left, right, axis)
+    }
+
+    /// Sorts the points `from..to` along the Morton curve over a square around them.
+    ///
+    /// The first key differs from the last one then. As there is room for 35 bits of it, and the square shrinks to
+    /// 2⁻¹⁷ at each call for the points of one cell, there are few calls within calls, whatever the distribution.
+    fn sort(&mut self, points: &[Point], from: usize, to: usize) {
+        let (keyed, ordered) = (&mut self.keyed[from..to], &mut self.points[from..to]);
+        let bounds = Rect::around(ordered.iter().copied());
+        let (width, height) = bounds.size();
+        let scale = f64::from(u32::MAX) / width.max(height);
+        let mask = self.index_mask;
+        for (key, p) in keyed.iter_mut().zip(&*ordered) {
+            // Rounding and casts, which saturate, keep the order: what one key puts left of another is left of it.
+            let (x, y) = ((p.x - bounds.min_x) * scale, (p.y - bounds.min_y) * scale);
+            *key = morton(x as u32, y as u32) & !mask | *key & mask;
+        }
+        keyed.sort_unstable();
+        for (p, key) in ordered.iter_mut().zip(keyed) {
+            *p = points[(*key & mask) as usize];
+        }
+    }
+
+    fn comes_before(&self, axis: Axis, a: usize, b: usize) -> bool {
+        let (a, b) = (self.points[a], self.points[b]);
+        match axis {
+            Axis::X => xy_less(a, b),
+            Axis::Y => yx_less(a, b),
+        }
     }
 
     /// Two points or three.
     fn conquer_few(&mut self, from: usize, to: usize) -> Hull {
-        let part = &mut self.keyed[from..to];
         let mut order = |i: usize, j: usize| {
-            if xy_less(part[j].0, part[i].0) {
-                part.swap(i, j);
+            if xy_less(self.points[j], self.points[i]) {
+                self.points.swap(i, j);
+                self.keyed.swap(i, j);
             }
         };
-        order(0, 1);
-        if to - from == 3 {
-            order(1, 2);
-            order(0, 1);
-        }
+        order(from, from + 1);
         if to - from == 2 {
-            self.edge(from as u32)
-        } else {
-            self.three(from as u32)
+            return self.edge(from as u32);
         }
+        order(from + 1, from + 2);
+        order(from, from + 1);
+        self.three(from as u32)
     }
 
     /// Two points, in lexicographic order: an edge with a ghost on either side.
@@ -186,6 +228,7 @@ impl DivideConquer {
     }
 
     /// Makes a ring of ghosts, one for each hull edge, and returns the first; they follow each other.
+    #[inline(always)]
     fn ring(&mut self, hull_edges: &[(u32, u32)]) -> u32 {
         let first = self.triangles.len() as u32;
         for &(u, v) in hull_edges {
@@ -349,6 +392,7 @@ impl DivideConquer {
     }
 
     /// The mirror image of [`expose_left`](Self::expose_left): triangles (r1, r, a) behind the hull edge r1 → r.
+    #[inline(always)]
     fn expose_right(&mut self, ghost: Side, pl: Point, pr: Point) {
         loop {
             let inner = self.twin(ghost);
@@ -369,66 +413,66 @@ impl DivideConquer {
 
     /// Writes the triangles that are no ghosts, in the caller's indices.
     fn emit(&mut self, points: &[Point], hull: Hull, mesh: &mut Triangulation) {
-        let mut ghost = hull.min;
         mesh.clear();
+        self.ghosts.clear();
+        let mut ghost = hull.min;
         loop {
-            mesh.hull.push(self.keyed[self.dest(ghost) as usize].1);
+            self.ghosts.push(ghost);
             ghost = self.hull_next(ghost);
             if ghost == hull.min {
                 break;
             }
         }
-        self.drop_ghosts(hull.min);
-        if self.triangles.is_empty() {
+        let count = self.triangles.len() - self.ghosts.len();
+        if count == 0 {
             mesh.set_collinear(points);
             return;
         }
-        mesh.triangles.extend(
-            self.triangles
-                .iter()
-                .map(|t| t.corners.map(|v| self.keyed[v as usize].1)),
-        );
-        mesh.neighbours.extend(self.triangles.iter().map(|t| {
-            t.twins.map(|twin| match twin {
-                Side::UNSET => NONE,
-                twin => 3 * twin.triangle() as u32 + twin.corner() as u32,
+        mesh.hull
+            .extend(self.ghosts.iter().map(|&ghost| self.index(self.dest(ghost))));
+        self.move_ghosts_behind(count);
+        let triangles = &self.triangles[..count];
+        mesh.triangles
+            .extend(triangles.iter().map(|t| t.corners.map(|v| self.index(v))));
+        mesh.neighbours.extend(triangles.iter().map(|t| {
+            t.twins.map(|twin| match twin.triangle() {
+                number if number < count => 3 * number as u32 + twin.corner() as u32,
+                _ => NONE,
             })
         }));
     }
 
-    /// Removes the ghosts, whose ring `ghost` is of; triangles from the end fill their places.
-    fn drop_ghosts(&mut self, ghost: Side) {
-        let mut ghosts = Vec::new();
-        let mut at = ghost;
-        loop {
-            let inner = self.twin(at);
-            // Where a chain has no triangle on either side, its other ghost is unlinked already.
-            if inner != Side::UNSET {
-                self.triangles[inner.triangle()].twins[inner.corner()] = Side::UNSET;
-            }
-            ghosts.push(at.triangle());
-            at = self.hull_next(at);
-            if at == ghost {
-                break;
-            }
-        }
-        // From the last to the first, so that what fills a place is no ghost itself.
-        ghosts.sort_unstable();
-        for &place in ghosts.iter().rev() {
-            self.triangles.swap_remove(place);
-            let Some(moved) = self.triangles.get(place).copied() else {
+    /// Moves triangles into the places of ghosts, until the first `count` are no ghosts. The ghosts are lost.
+    fn move_ghosts_behind(&mut self, count: usize) {
+        let mut behind = count;
+        for i in 0..self.ghosts.len() {
+            let ghost = self.ghosts[i];
+            let inner = self.twin(ghost);
+            self.triangles[inner.triangle()].twins[inner.corner()] = Side::UNSET;
+            if ghost.triangle() >= count {
                 continue;
-            };
-            for (corner, twin) in (0..3).zip(moved.twins) {
+            }
+            while self.triangles[behind].corners.contains(&GHOST) {
+                behind += 1;
+            }
+            let moved = self.triangles[behind];
+            self.triangles[ghost.triangle()] = moved;
+            for (corner, twin) in (0..).zip(moved.twins) {
                 if twin != Side::UNSET {
-                    self.triangles[twin.triangle()].twins[twin.corner()] = Side::new(place as u32, corner);
+                    self.link(Side::new(ghost.triangle() as u32, corner), twin);
                 }
             }
+            behind += 1;
         }
     }
 
+    /// The caller's index of a vertex.
+    fn index(&self, vertex: u32) -> u32 {
+        (self.keyed[vertex as usize] & self.index_mask) as u32
+    }
+
     fn point(&self, vertex: u32) -> Point {
-        self.keyed[vertex as usize].0
+        self.points[vertex as usize]
     }
 
     fn is_above(&self, l: Point, r: Point, vertex: u32) -> bool {
@@ -491,7 +535,7 @@ impl DivideConquer {
     }
 }
 
-/// Whether `a` comes before `b` by x, then by y. Without branches, because in a selection they cannot be foretold.
+/// Whether `a` comes before `b` by x, then by y.
 fn xy_less(a: Point, b: Point) -> bool {
     (a.x < b.x) | ((a.x == b.x) & (a.y < b.y))
 }
@@ -501,13 +545,15 @@ fn yx_less(a: Point, b: Point) -> bool {
     (a.y < b.y) | ((a.y == b.y) & (a.x < b.x))
 }
 
-/// The order that `less` defines. Selections only ask whether it is `Less`, so the second test is compiled away.
-fn by_less(a: Point, b: Point, less: impl Fn(Point, Point) -> bool) -> Ordering {
-    if less(a, b) {
-        Ordering::Less
-    } else if less(b, a) {
-        Ordering::Greater
-    } else {
-        Ordering::Equal
-    }
+/// The bits of both, interleaved: those of `x` are the odd ones.
+fn morton(x: u32, y: u32) -> u64 {
+    let spread = |v: u32| {
+        let mut v = u64::from(v);
+        v = (v | v << 16) & 0x0000_ffff_0000_ffff;
+        v = (v | v << 8) & 0x00ff_00ff_00ff_00ff;
+        v = (v | v << 4) & 0x0f0f_0f0f_0f0f_0f0f;
+        v = (v | v << 2) & 0x3333_3333_3333_3333;
+        (v | v << 1) & 0x5555_5555_5555_5555
+    };
+    spread(x) << 1 | spread(y)
 }
