@@ -3,15 +3,22 @@
 //! spade's predicates are exact, but of the diagonals of a cocircular polygon it takes any. Lawson flips with the
 //! perturbed circle test put that right; they touch cocircular edges alone.
 
+//!
+//! Its bulk load orders points by rounded distances and angles. Where magnitudes differ by dozens of orders, that may leave a
+//! hull that is not convex; such a result is noticed and replaced by that of the library's own kernel.
+
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation as _};
 
+use super::divide_conquer::DivideConquer;
 use super::{Engine, NONE, Triangulation, next_side, prev_side};
-use crate::geometry::{Point, in_circle};
+use crate::geometry::{Orientation, Point, in_circle, orient2d};
 
 /// The engine on top of crate `spade`.
 #[derive(Default)]
 pub(super) struct SpadeEngine {
     stack: Vec<u32>,
+    /// For what spade gets wrong.
+    native: DivideConquer,
 }
 
 /// A vertex that knows its index in the caller's array, because the bulk load reorders.
@@ -65,8 +72,31 @@ impl Engine for SpadeEngine {
         mesh.hull
             .extend(spade.convex_hull().map(|edge| edge.from().data().index));
         mesh.hull.reverse();
-        self.canonicalise(points, mesh);
+        if is_convex(points, mesh) {
+            self.canonicalise(points, mesh);
+        } else {
+            tracing::warn!(
+                points = points.len(),
+                "spade's hull is not convex; triangulating again without it"
+            );
+            self.native.triangulate(points, mesh);
+        }
     }
+}
+
+/// Whether the hull turns left or goes straight on everywhere, once round, and no point can lie outside it.
+fn is_convex(points: &[Point], mesh: &Triangulation) -> bool {
+    let hull: Vec<Point> = mesh.hull.iter().map(|&v| points[v as usize]).collect();
+    let n = hull.len();
+    let corners = |i: usize| [hull[i], hull[(i + 1) % n], hull[(i + 2) % n]];
+    let turns_left = (0..n)
+        .map(corners)
+        .all(|[a, b, c]| orient2d(a, b, c) != Orientation::Clockwise);
+    let minima = (0..n)
+        .map(corners)
+        .filter(|[a, b, c]| b.lex_cmp(*a).is_lt() && b.lex_cmp(*c).is_lt())
+        .count();
+    turns_left && minima == 1
 }
 
 impl SpadeEngine {
