@@ -19,13 +19,6 @@ use crate::geometry::{Orientation, Point, Rect, in_circle, orient2d};
 /// The corner of ghosts: the point at infinity.
 const GHOST: u32 = u32::MAX;
 
-/// A triangle while it is worked on: corners, and for each side the [`Side`] on its other side.
-#[derive(Clone, Copy)]
-struct Tri {
-    corners: [u32; 3],
-    twins: [Side; 3],
-}
-
 /// A directed side of a triangle: `triangle << 2 | corner that it starts at`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Side(u32);
@@ -81,7 +74,10 @@ pub(super) struct DivideConquer {
     index_mask: u64,
     /// The points in the order of the cuts; vertices are positions in it.
     points: Vec<Point>,
-    triangles: Vec<Tri>,
+    /// The corners of each triangle. While it works, the kernel holds the arrays of the result, and makes it in place.
+    corners: Vec<[u32; 3]>,
+    /// For each triangle and side the [`Side`] on its other side.
+    twins: Vec<[u32; 3]>,
     /// The ghosts of the result.
     ghosts: Vec<Side>,
 }
@@ -98,10 +94,18 @@ impl Engine for DivideConquer {
         self.keyed.extend(0..points.len() as u64);
         self.points.clear();
         self.points.extend_from_slice(points);
-        self.triangles.clear();
-        self.triangles.reserve(2 * points.len());
+        mesh.clear();
+        std::mem::swap(&mut self.corners, &mut mesh.triangles);
+        std::mem::swap(&mut self.twins, &mut mesh.neighbours);
+        self.corners.reserve(2 * points.len());
+        self.twins.reserve(2 * points.len());
         let hull = self.conquer(points, 0, points.len());
-        self.emit(points, hull, mesh);
+        self.finish(hull, mesh);
+        std::mem::swap(&mut self.corners, &mut mesh.triangles);
+        std::mem::swap(&mut self.twins, &mut mesh.neighbours);
+        if mesh.triangles.is_empty() {
+            mesh.set_collinear(points);
+        }
     }
 }
 
@@ -230,7 +234,7 @@ impl DivideConquer {
     /// Makes a ring of ghosts, one for each hull edge, and returns the first; they follow each other.
     #[inline(always)]
     fn ring(&mut self, hull_edges: &[(u32, u32)]) -> u32 {
-        let first = self.triangles.len() as u32;
+        let first = self.corners.len() as u32;
         for &(u, v) in hull_edges {
             self.new_triangle([v, u, GHOST]);
         }
@@ -411,35 +415,34 @@ impl DivideConquer {
         }
     }
 
-    /// Writes the triangles that are no ghosts, in the caller's indices.
-    fn emit(&mut self, points: &[Point], hull: Hull, mesh: &mut Triangulation) {
-        mesh.clear();
+    /// Takes the ghosts out and puts everything into the caller's terms.
+    fn finish(&mut self, hull: Hull, mesh: &mut Triangulation) {
         self.ghosts.clear();
         let mut ghost = hull.min;
         loop {
             self.ghosts.push(ghost);
+            mesh.hull.push(self.index(self.dest(ghost)));
             ghost = self.hull_next(ghost);
             if ghost == hull.min {
                 break;
             }
         }
-        let count = self.triangles.len() - self.ghosts.len();
-        if count == 0 {
-            mesh.set_collinear(points);
-            return;
-        }
-        mesh.hull
-            .extend(self.ghosts.iter().map(|&ghost| self.index(self.dest(ghost))));
+        let count = self.corners.len() - self.ghosts.len();
         self.move_ghosts_behind(count);
-        let triangles = &self.triangles[..count];
-        mesh.triangles
-            .extend(triangles.iter().map(|t| t.corners.map(|v| self.index(v))));
-        mesh.neighbours.extend(triangles.iter().map(|t| {
-            t.twins.map(|twin| match twin.triangle() {
-                number if number < count => 3 * number as u32 + twin.corner() as u32,
-                _ => NONE,
-            })
-        }));
+        self.corners.truncate(count);
+        self.twins.truncate(count);
+        let (keyed, mask) = (&self.keyed, self.index_mask);
+        for corner in self.corners.as_flattened_mut() {
+            *corner = (keyed[*corner as usize] & mask) as u32;
+        }
+        for twin in self.twins.as_flattened_mut() {
+            let side = Side(*twin);
+            *twin = if side == Side::UNSET {
+                NONE
+            } else {
+                3 * side.triangle() as u32 + side.corner() as u32
+            };
+        }
     }
 
     /// Moves triangles into the places of ghosts, until the first `count` are no ghosts. The ghosts are lost.
@@ -448,18 +451,22 @@ impl DivideConquer {
         for i in 0..self.ghosts.len() {
             let ghost = self.ghosts[i];
             let inner = self.twin(ghost);
-            self.triangles[inner.triangle()].twins[inner.corner()] = Side::UNSET;
+            // A chain has ghosts on both sides; then the other one was here before.
+            if inner != Side::UNSET {
+                self.twins[inner.triangle()][inner.corner()] = Side::UNSET.0;
+            }
             if ghost.triangle() >= count {
                 continue;
             }
-            while self.triangles[behind].corners.contains(&GHOST) {
+            while self.corners[behind].contains(&GHOST) {
                 behind += 1;
             }
-            let moved = self.triangles[behind];
-            self.triangles[ghost.triangle()] = moved;
-            for (corner, twin) in (0..).zip(moved.twins) {
+            let place = ghost.triangle();
+            self.corners[place] = self.corners[behind];
+            self.twins[place] = self.twins[behind];
+            for (corner, twin) in (0..).zip(self.twins[place].map(Side)) {
                 if twin != Side::UNSET {
-                    self.link(Side::new(ghost.triangle() as u32, corner), twin);
+                    self.twins[twin.triangle()][twin.corner()] = Side::new(place as u32, corner).0;
                 }
             }
             behind += 1;
@@ -484,16 +491,14 @@ impl DivideConquer {
     }
 
     fn new_triangle(&mut self, corners: [u32; 3]) -> u32 {
-        let number = self.triangles.len() as u32;
-        self.triangles.push(Tri {
-            corners,
-            twins: [Side::UNSET; 3],
-        });
+        let number = self.corners.len() as u32;
+        self.corners.push(corners);
+        self.twins.push([Side::UNSET.0; 3]);
         number
     }
 
     fn origin(&self, side: Side) -> u32 {
-        self.triangles[side.triangle()].corners[side.corner()]
+        self.corners[side.triangle()][side.corner()]
     }
 
     fn dest(&self, side: Side) -> u32 {
@@ -501,16 +506,16 @@ impl DivideConquer {
     }
 
     fn twin(&self, side: Side) -> Side {
-        self.triangles[side.triangle()].twins[side.corner()]
+        Side(self.twins[side.triangle()][side.corner()])
     }
 
     fn link(&mut self, a: Side, b: Side) {
-        self.triangles[a.triangle()].twins[a.corner()] = b;
-        self.triangles[b.triangle()].twins[b.corner()] = a;
+        self.twins[a.triangle()][a.corner()] = b.0;
+        self.twins[b.triangle()][b.corner()] = a.0;
     }
 
     fn set_origin(&mut self, side: Side, vertex: u32) {
-        self.triangles[side.triangle()].corners[side.corner()] = vertex;
+        self.corners[side.triangle()][side.corner()] = vertex;
     }
 
     fn set_apex(&mut self, side: Side, vertex: u32) {
