@@ -1,9 +1,9 @@
 //! Conquers a leaf: its points become the core of a tile and a seam.
 
 use super::node::{Fate, Seam, SeamVertex, Workspace};
-use super::options::{BuildOptions, Duplicates};
+use super::options::Duplicates;
 use super::point_store::{Attributes, Item};
-use crate::geometry::{Point, Rect};
+use crate::geometry::{MortonSquare, Point, Rect};
 use crate::mesh::{NONE, next_side};
 use crate::store::{CoreDraft, TileId, VertexId};
 
@@ -48,44 +48,30 @@ pub(super) fn conquer(
     tile: TileId,
     cell: Rect,
 ) -> Result<Leaf, DuplicateFound> {
-    let kept = merge_duplicates(items, attributes, duplicates)?;
+    let kept = merge_duplicates(in_spatial_order(items), attributes, duplicates)?;
     let points: Vec<Point> = kept.iter().map(|item| item.point).collect();
     let (seam_vertices, unsettled) = workspace.run(&points, cell, |_| true);
-    let number = numbered_by_appearance(&workspace.mesh.triangles, points.len());
-
     let mut core = CoreDraft {
-        points: vec![Point::default(); points.len()],
-        z: vec![0.0; if attributes.has_z() { points.len() } else { 0 }],
-        records: vec![0; points.len()],
+        z: Vec::new(),
+        records: kept.iter().map(|item| attributes.record(item.position)).collect(),
         ..CoreDraft::default()
     };
-    for (item, &number) in kept.iter().zip(&number) {
-        let number = number as usize;
-        core.points[number] = item.point;
-        core.records[number] = attributes.record(item.position);
-        if attributes.has_z() {
-            core.z[number] = attributes.z(item.position);
-        }
+    if attributes.has_z() {
+        core.z.extend(kept.iter().map(|item| attributes.z(item.position)));
     }
-    let open_sides = core_triangles(workspace, &number, &mut core);
-
-    let mut seam = Seam {
+    let open_sides = core_triangles(workspace, &mut core);
+    let seam_vertex = |index: u32| SeamVertex {
+        id: VertexId { tile, index },
+        point: points[index as usize],
+    };
+    let seam = Seam {
         level: 1,
         unsettled,
-        vertices: seam_vertices
-            .iter()
-            .map(|&v| SeamVertex {
-                id: VertexId {
-                    tile,
-                    index: number[v as usize],
-                },
-                point: points[v as usize],
-            })
-            .collect(),
+        vertices: seam_vertices.into_iter().map(seam_vertex).collect(),
     };
-    seam.sort();
+    core.points = points;
     Ok(Leaf {
-        bounds: Rect::around(points),
+        bounds: Rect::around(core.points.iter().copied()),
         core,
         open_sides,
         seam,
@@ -94,7 +80,7 @@ pub(super) fn conquer(
 }
 
 /// Copies the settled triangles and their adjacency, and notes the sides where it ends.
-fn core_triangles(workspace: &Workspace, number: &[u32], core: &mut CoreDraft) -> Vec<OpenSide> {
+fn core_triangles(workspace: &Workspace, core: &mut CoreDraft) -> Vec<OpenSide> {
     let (mesh, fates) = (&workspace.mesh, &workspace.settled);
     let mut settled = 0;
     let renumbered: Vec<u32> = fates
@@ -110,7 +96,7 @@ fn core_triangles(workspace: &Workspace, number: &[u32], core: &mut CoreDraft) -
         if *fate != Fate::Settled {
             continue;
         }
-        let corners = mesh.triangles[triangle as usize].map(|v| number[v as usize]);
+        let corners = mesh.triangles[triangle as usize];
         let sides = [0, 1, 2].map(|s| 3 * triangle + s);
         let neighbours = sides.map(|side| match mesh.twin(side) {
             NONE => NONE,
@@ -122,7 +108,7 @@ fn core_triangles(workspace: &Workspace, number: &[u32], core: &mut CoreDraft) -
         for (s, _) in neighbours.iter().enumerate().filter(|(_, side)| **side == NONE) {
             open_sides.push(OpenSide {
                 from: corners[s],
-                to: number[mesh.origin(next_side(sides[s])) as usize],
+                to: mesh.origin(next_side(sides[s])),
                 side: 3 * core.triangles.len() as u32 + s as u32,
             });
         }
@@ -132,60 +118,49 @@ fn core_triangles(workspace: &Workspace, number: &[u32], core: &mut CoreDraft) -
     open_sides
 }
 
-/// Numbers vertices as the triangles mention them: engines emit neighbours together, so the numbers keep them together.
-fn numbered_by_appearance(triangles: &[[u32; 3]], vertices: usize) -> Vec<u32> {
-    let mut number = vec![NONE; vertices];
-    let mut next = 0;
-    let mut name = |vertex: usize| {
-        if number[vertex] == NONE {
-            number[vertex] = next;
-            next += 1;
-        }
-    };
-    triangles
-        .as_flattened()
+/// The items along a space-filling curve, so that what lies close together stands close together in the tile; items at one
+/// place stand side by side.
+fn in_spatial_order(items: &[Item]) -> Vec<Item> {
+    let square = MortonSquare::around(Rect::around(items.iter().map(|item| item.point)));
+    let mask = (items.len() as u64).next_power_of_two() - 1;
+    let mut keyed: Vec<u64> = items
         .iter()
-        .for_each(|&vertex| name(vertex as usize));
-    // Without triangles, all are left.
-    (0..vertices).for_each(name);
-    number
+        .zip(0u64..)
+        .map(|(item, place)| square.key(item.point) & !mask | place)
+        .collect();
+    keyed.sort_unstable();
+    let mut ordered: Vec<Item> = keyed.iter().map(|key| items[(key & mask) as usize]).collect();
+    // A cell of the curve may hold several places.
+    let mut start = 0;
+    for cell in keyed.chunk_by(|a, b| (a ^ b) <= mask) {
+        let end = start + cell.len();
+        if cell.len() > 1 {
+            ordered[start..end].sort_unstable_by(|a, b| { a.point }.lex_cmp(b.point));
+        }
+        start = end;
+    }
+    ordered
 }
 
-/// One item for each place, in the order in which places come first.
-fn merge_duplicates(items: &[Item], attributes: &Attributes, rule: Duplicates) -> Result<Vec<Item>, DuplicateFound> {
-    const EMPTY: u32 = u32::MAX;
-    // A leaf that is fuller than the largest tile has all its points at one place.
-    let places = items.len().min(BuildOptions::MAX_TILE_VERTICES);
-    let mut kept: Vec<Item> = Vec::with_capacity(places);
-    let mut table = vec![EMPTY; (2 * places).next_power_of_two().max(2)];
-    let shift = 64 - table.len().trailing_zeros();
-    let mask = table.len() - 1;
-    for item in items {
-        // Fibonacci hashing of both coordinates' bits.
-        let bits = item.point.x.to_bits().rotate_left(32) ^ item.point.y.to_bits().wrapping_mul(0xff51_afd7_ed55_8ccd);
-        let mut slot = (bits.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> shift) as usize;
-        loop {
-            match table[slot] {
-                EMPTY => {
-                    table[slot] = kept.len() as u32;
-                    kept.push(*item);
-                    break;
-                }
-                found if { kept[found as usize].point } == { item.point } => {
-                    let known = &mut kept[found as usize];
-                    if rule == Duplicates::Error {
-                        return Err(DuplicateFound);
-                    }
-                    if precedes(item, known, attributes, rule) {
-                        *known = *item;
-                    }
-                    break;
-                }
-                _ => slot = (slot + 1) & mask,
-            }
+/// One item for each place; items at one place must stand side by side.
+fn merge_duplicates(
+    mut items: Vec<Item>,
+    attributes: &Attributes,
+    rule: Duplicates,
+) -> Result<Vec<Item>, DuplicateFound> {
+    let mut found = false;
+    items.dedup_by(|next, kept| {
+        let equal = { next.point } == { kept.point };
+        found |= equal;
+        if equal && precedes(next, kept, attributes, rule) {
+            *kept = *next;
         }
+        equal
+    });
+    if found && rule == Duplicates::Error {
+        return Err(DuplicateFound);
     }
-    Ok(kept)
+    Ok(items)
 }
 
 /// Whether `a` is kept rather than `b`.
@@ -198,21 +173,4 @@ fn precedes(a: &Item, b: &Item, attributes: &Attributes, rule: Duplicates) -> bo
     };
     by_z.then_with(|| attributes.record(a.position).cmp(&attributes.record(b.position)))
         .is_lt()
-}
-
-impl Seam {
-    /// Brings the vertices into the order of their numbers.
-    fn sort(&mut self) {
-        let mut order: Vec<u32> = (0..self.vertices.len() as u32).collect();
-        order.sort_unstable_by_key(|&v| self.vertices[v as usize].id);
-        let mut place = vec![0; order.len()];
-        for (&vertex, new) in order.iter().zip(0..) {
-            place[vertex as usize] = new;
-        }
-        self.vertices = order.iter().map(|&v| self.vertices[v as usize]).collect();
-        for triangle in &mut self.unsettled {
-            *triangle = crate::mesh::smallest_first(triangle.map(|v| place[v as usize]));
-        }
-        self.unsettled.sort_unstable();
-    }
 }

@@ -5,7 +5,7 @@
 //! Sources: Guibas and Stolfi, "Primitives for the manipulation of general subdivisions and the computation of Voronoi
 //! diagrams" (1985) for the merge; Dwyer, "A faster divide-and-conquer algorithm for constructing Delaunay
 //! triangulations" (1987) for cuts along both axes; Shewchuk, "Triangle" (1996) for triangles with ghosts in place of
-//! quad-edges. Departures: cells are halved in space, not by count, so that one sort by Morton keys (Morton, 1966) finds
+//! quad-edges. Departures: cells are halved in space, not by count, so that one sort by Morton keys finds
 //! all the cuts and no medians are selected; and the circle test is the perturbed one, so that the result is canonical
 //! without flips afterwards.
 //!
@@ -14,7 +14,7 @@
 //! turns ghosts into triangles and back, and makes two new ones (below and above).
 
 use super::{Engine, NONE, Triangulation};
-use crate::geometry::{Orientation, Point, Rect, in_circle, orient2d};
+use crate::geometry::{MortonSquare, Orientation, Point, Rect, in_circle, orient2d};
 
 /// The corner of ghosts: the point at infinity.
 const GHOST: u32 = u32::MAX;
@@ -69,7 +69,7 @@ enum Axis {
 #[derive(Default)]
 pub(super) struct DivideConquer {
     /// For each vertex the index of its point in the caller's array, in the bits of `index_mask`, below as much of the
-    /// point's [`morton`] key as there is room for.
+    /// point's [Morton key](MortonSquare::key) as there is room for.
     keyed: Vec<u64>,
     index_mask: u64,
     /// The points in the order of the cuts; vertices are positions in it.
@@ -148,14 +148,10 @@ impl DivideConquer {
     /// 2⁻¹⁷ at each call for the points of one cell, there are few calls within calls, whatever the distribution.
     fn sort(&mut self, points: &[Point], from: usize, to: usize) {
         let (keyed, ordered) = (&mut self.keyed[from..to], &mut self.points[from..to]);
-        let bounds = Rect::around(ordered.iter().copied());
-        let (width, height) = bounds.size();
-        let scale = f64::from(u32::MAX) / width.max(height);
+        let square = MortonSquare::around(Rect::around(ordered.iter().copied()));
         let mask = self.index_mask;
         for (key, p) in keyed.iter_mut().zip(&*ordered) {
-            // Rounding and casts, which saturate, keep the order: what one key puts left of another is left of it.
-            let (x, y) = ((p.x - bounds.min_x) * scale, (p.y - bounds.min_y) * scale);
-            *key = morton(x as u32, y as u32) & !mask | *key & mask;
+            *key = square.key(*p) & !mask | *key & mask;
         }
         keyed.sort_unstable();
         for (p, key) in ordered.iter_mut().zip(keyed) {
@@ -548,17 +544,4 @@ fn xy_less(a: Point, b: Point) -> bool {
 /// Whether `a` comes before `b` by y, then by x.
 fn yx_less(a: Point, b: Point) -> bool {
     (a.y < b.y) | ((a.y == b.y) & (a.x < b.x))
-}
-
-/// The bits of both, interleaved: those of `x` are the odd ones.
-fn morton(x: u32, y: u32) -> u64 {
-    let spread = |v: u32| {
-        let mut v = u64::from(v);
-        v = (v | v << 16) & 0x0000_ffff_0000_ffff;
-        v = (v | v << 8) & 0x00ff_00ff_00ff_00ff;
-        v = (v | v << 4) & 0x0f0f_0f0f_0f0f_0f0f;
-        v = (v | v << 2) & 0x3333_3333_3333_3333;
-        (v | v << 1) & 0x5555_5555_5555_5555
-    };
-    spread(x) << 1 | spread(y)
 }

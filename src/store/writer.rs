@@ -45,7 +45,7 @@ impl<W: WriteAt> TileWriter<W> {
         self.append(border, 8).await
     }
 
-    async fn append(&mut self, bytes: &[u8], alignment: u64) -> io::Result<Extent> {
+    async fn append(&mut self, bytes: &Bytes, alignment: u64) -> io::Result<Extent> {
         if bytes.len() as u64 > MAX_FLATBUFFER {
             let message = format!(
                 "a tile takes {} bytes, more than the format allows; use smaller tiles",
@@ -56,7 +56,14 @@ impl<W: WriteAt> TileWriter<W> {
         let offset = self.length().next_multiple_of(alignment);
         let padding = (offset - self.length()) as usize;
         self.pending.resize(self.pending.len() + padding, 0);
-        self.pending.extend_from_slice(bytes);
+        if bytes.len() >= CHUNK / 4 {
+            // Long enough to be written as it is, without a copy.
+            self.flush().await?;
+            self.file.write_at(offset, bytes.clone()).await?;
+            self.written += bytes.len() as u64;
+        } else {
+            self.pending.extend_from_slice(bytes);
+        }
         if self.pending.len() >= CHUNK {
             self.flush().await?;
         }
@@ -68,6 +75,9 @@ impl<W: WriteAt> TileWriter<W> {
     }
 
     async fn flush(&mut self) -> io::Result<()> {
+        if self.pending.is_empty() {
+            return Ok(());
+        }
         let chunk = self.pending.split().freeze();
         let length = chunk.len() as u64;
         self.file.write_at(self.written, chunk).await?;
