@@ -56,9 +56,9 @@ mod tests {
         assert_eq!(
             [
                 quarter(-1.0, -1.0),
-                quarter(-1.0, 1.0),
+                quarter(-1.0, 3.0),
                 quarter(3.0, -1.0),
-                quarter(3.0, 1.0)
+                quarter(3.0, 3.0)
             ],
             [0, 1, 2, 3]
         );
