@@ -12,8 +12,8 @@
 use super::bytes::ByteInput;
 use super::error::excerpt;
 use super::json::{Json, ValueType};
+use super::reader::Reader;
 use super::sink::Sink;
-use super::source::Reader;
 use super::{InputError, Place};
 
 const HINT: &str = "GeoJSON (RFC 7946) is due";

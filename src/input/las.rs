@@ -10,8 +10,8 @@
 
 use super::bytes::{BUFFER, Counted};
 use super::laz::Laz;
+use super::reader::Reader;
 use super::sink::Sink;
-use super::source::Reader;
 use super::{InputError, InputOptions, Place, Returns};
 use ::las::raw::Vlr;
 use ::las::raw::header::Header;

@@ -45,6 +45,7 @@ mod lines;
 mod node;
 mod options;
 mod raw;
+mod reader;
 #[cfg(feature = "text")]
 mod rows;
 mod sink;

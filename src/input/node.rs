@@ -10,8 +10,8 @@
 use super::bytes::ByteInput;
 use super::error::excerpt;
 use super::lines::{Lines, number};
+use super::reader::Reader;
 use super::sink::Sink;
-use super::source::Reader;
 use super::{InputError, Place};
 
 const HINT: &str = "the first line is: number of points, dimension (2 or 3), attributes, markers (0 or 1)";

@@ -3,8 +3,8 @@
 //! In: a stream of bytes and the numbers per point. Out: points. The fastest format there is, and exact.
 
 use super::bytes::ByteInput;
+use super::reader::Reader;
 use super::sink::Sink;
-use super::source::Reader;
 use super::{InputError, InputOptions, Place};
 use std::io::Read;
 

@@ -5,6 +5,7 @@
 //! that are left. A failure ends the stream.
 
 use super::bytes::{ByteInput, Counted, open_file};
+use super::reader::Reader;
 use super::sink::Sink;
 use super::{Format, InputCounts, InputError, InputOptions, PointBatch};
 use std::collections::VecDeque;
@@ -13,25 +14,6 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-
-/// What a format does.
-pub(super) trait Reader: Send {
-    /// Whether its points have z. Known from the start.
-    fn has_z(&self) -> bool;
-
-    /// The coordinate reference system, if the file has told it by now.
-    fn crs(&self) -> Option<&str> {
-        None
-    }
-
-    /// Puts points into the sink until it is full (true) or the file is at its end (false).
-    fn fill(&mut self, sink: &mut Sink<'_>) -> Result<bool, InputError>;
-
-    /// What a person should know, when the file is at its end.
-    fn notes(&self) -> Vec<String> {
-        Vec::new()
-    }
-}
 
 /// An input and, if it is open, its reader.
 struct Input {

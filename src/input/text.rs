@@ -16,9 +16,9 @@
 use super::bytes::ByteInput;
 use super::error::excerpt;
 use super::lines::{Lines, Sample, number};
+use super::reader::Reader;
 use super::rows::{BLANKS, Rows};
 use super::sink::Sink;
-use super::source::Reader;
 use super::{Column, Columns, InputError, InputOptions, Place};
 
 /// Names of a column with x, the better first.
