@@ -38,6 +38,11 @@ impl HasPosition for Indexed {
 
 impl Engine for SpadeEngine {
     fn triangulate(&mut self, points: &[Point], mesh: &mut Triangulation) {
+        if are_collinear(points) {
+            // spade's bulk load takes quadratic time on these.
+            mesh.set_collinear(points);
+            return;
+        }
         let vertices = points
             .iter()
             .zip(0..)
@@ -45,10 +50,6 @@ impl Engine for SpadeEngine {
             .collect();
         let spade = DelaunayTriangulation::<Indexed>::bulk_load(vertices)
             .expect("valid points are within the limits of spade, which are the same");
-        if spade.num_inner_faces() == 0 {
-            mesh.set_collinear(points);
-            return;
-        }
         mesh.clear();
         for face in spade.inner_faces() {
             mesh.triangles.push(face.vertices().map(|v| v.data().index));
@@ -81,6 +82,14 @@ impl Engine for SpadeEngine {
             );
             self.native.triangulate(points, mesh);
         }
+    }
+}
+
+/// Whether there is a line that all points lie on.
+fn are_collinear(points: &[Point]) -> bool {
+    match *points {
+        [a, b, ref others @ ..] => others.iter().all(|&p| orient2d(a, b, p) == Orientation::Collinear),
+        _ => true,
     }
 }
 
