@@ -4,7 +4,7 @@ use super::node::{Fate, Seam, SeamVertex, Workspace};
 use super::options::Duplicates;
 use super::point_store::{Attributes, Item};
 use crate::geometry::{MortonSquare, Point, Rect};
-use crate::mesh::{NONE, next_side};
+use crate::mesh::NONE;
 use crate::store::{CoreDraft, TileId, VertexId};
 
 /// A side of a core triangle without another core triangle across: the border may have one.
@@ -52,7 +52,6 @@ pub(super) fn conquer(
     let points: Vec<Point> = kept.iter().map(|item| item.point).collect();
     let (seam_vertices, unsettled) = workspace.run(&points, cell, |_| true);
     let mut core = CoreDraft {
-        z: Vec::new(),
         records: kept.iter().map(|item| attributes.record(item.position)).collect(),
         ..CoreDraft::default()
     };
@@ -81,7 +80,7 @@ pub(super) fn conquer(
 
 /// Copies the settled triangles and their adjacency, and notes the sides where it ends.
 fn core_triangles(workspace: &Workspace, core: &mut CoreDraft) -> Vec<OpenSide> {
-    let (mesh, fates) = (&workspace.mesh, &workspace.settled);
+    let (mesh, fates) = (&workspace.mesh, &workspace.fates);
     let mut settled = 0;
     let renumbered: Vec<u32> = fates
         .iter()
@@ -108,7 +107,7 @@ fn core_triangles(workspace: &Workspace, core: &mut CoreDraft) -> Vec<OpenSide> 
         for (s, _) in neighbours.iter().enumerate().filter(|(_, side)| **side == NONE) {
             open_sides.push(OpenSide {
                 from: corners[s],
-                to: mesh.origin(next_side(sides[s])),
+                to: corners[(s + 1) % 3],
                 side: 3 * core.triangles.len() as u32 + s as u32,
             });
         }

@@ -28,7 +28,7 @@ pub(super) fn merge(workspace: &mut Workspace, seams: &[Seam], cell: Rect) -> (V
     let (seam_vertices, triangles) = workspace.run(&points, cell, |t| {
         crosses(t) || unsettled.binary_search(&smallest_first(t)).is_ok()
     });
-    let fates = workspace.mesh.triangles.iter().zip(&workspace.settled);
+    let fates = workspace.mesh.triangles.iter().zip(&workspace.fates);
     let late = fates
         .filter(|(_, fate)| **fate == Fate::Settled)
         .map(|(t, _)| LateTriangle(t.map(|v| vertices[v as usize])))

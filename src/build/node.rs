@@ -29,8 +29,8 @@ pub(super) struct SeamVertex {
 pub(super) struct Workspace {
     pub(super) engine: Box<dyn Engine>,
     pub(super) mesh: Triangulation,
-    /// For each triangle of the mesh, whether it is settled.
-    pub(super) settled: Vec<Fate>,
+    /// What becomes of each triangle of the mesh.
+    pub(super) fates: Vec<Fate>,
     /// For each point its place in the seam, or [`u32::MAX`].
     in_seam: Vec<u32>,
 }
@@ -51,14 +51,14 @@ impl Workspace {
         Self {
             engine,
             mesh: Triangulation::default(),
-            settled: Vec::new(),
+            fates: Vec::new(),
             in_seam: Vec::new(),
         }
     }
 
     /// Triangulates a node and decides on each triangle; `keep` tells which are not a child's settled ground.
     ///
-    /// Fills `mesh` and `settled`. Returns the points of the seam, and its triangles by place among these.
+    /// Fills `mesh` and `fates`. Returns the points of the seam, and its triangles by place among these.
     pub(super) fn run(
         &mut self,
         points: &[Point],
@@ -67,9 +67,9 @@ impl Workspace {
     ) -> (Vec<u32>, Vec<[u32; 3]>) {
         const ABSENT: u32 = u32::MAX;
         self.engine.triangulate(points, &mut self.mesh);
-        self.settled.clear();
+        self.fates.clear();
         let point = |v: u32| points[v as usize];
-        self.settled.extend(self.mesh.triangles.iter().map(|&t| {
+        self.fates.extend(self.mesh.triangles.iter().map(|&t| {
             let [a, b, c] = t.map(point);
             if !keep(t) {
                 Fate::Dropped
@@ -81,7 +81,7 @@ impl Workspace {
         }));
         if cell == Rect::PLANE {
             // The root: everything is settled, and nobody needs its hull.
-            debug_assert!(!self.settled.contains(&Fate::Unsettled));
+            debug_assert!(!self.fates.contains(&Fate::Unsettled));
             return (Vec::new(), Vec::new());
         }
         self.in_seam.clear();
@@ -90,7 +90,7 @@ impl Workspace {
             self.in_seam[vertex as usize] = 0;
         }
         let unsettled = || {
-            let fates = self.mesh.triangles.iter().zip(&self.settled);
+            let fates = self.mesh.triangles.iter().zip(&self.fates);
             fates.filter(|(_, fate)| **fate == Fate::Unsettled).map(|(&t, _)| t)
         };
         for vertex in unsettled().flatten() {
