@@ -1,15 +1,18 @@
-//! The border log: triangles that become final above the leaves, spilled until the borders are put together.
+//! The border log: what borders are made of, spilled until they are put together.
 //!
-//! Tiles are taken in groups of neighbours in leaf order, and each group has a bucket, to which every late triangle with a
-//! vertex in it is appended. Buckets fill buffers; full buffers go to the end of one file, which has no name. After the
-//! root the log is read back bucket by bucket, so borders are made in leaf order and memory holds one bucket at a time.
+//! Tiles are taken in groups of neighbours in leaf order. A group gets the open sides of its tiles' cores, and every late
+//! triangle with a vertex in it. What it gets fills a buffer; full buffers go to the end of one file, as checksummed chunks.
+//! After the root the log is read back group by group, so borders are made in leaf order and memory holds one group at a time.
+//!
+//! Where the chunks of a finished block lie goes to the journal, so that a build that goes on finds them again.
 
 use std::fs::File;
 use std::io;
 use std::ops::Range;
 use std::os::unix::fs::FileExt;
-use std::path::Path;
+use std::sync::Arc;
 
+use super::leaf::OpenSide;
 use super::node::SeamVertex;
 use crate::geometry::Point;
 use crate::store::{TileId, VertexId};
@@ -22,8 +25,8 @@ pub(super) struct LateTriangle(pub(super) [SeamVertex; 3]);
 const CORNER: usize = 24;
 /// Bytes of a triangle in the log.
 const TRIANGLE: usize = 3 * CORNER;
-/// Bytes that all buffers may take together.
-const BUFFERS: usize = 16 << 20;
+/// Bytes of an open side in the log: tile, from, to, side.
+const SIDE: usize = 16;
 /// Bytes of a buffer, at most.
 const BUFFER: usize = 64 << 10;
 
@@ -58,65 +61,161 @@ fn distinct([a, b, c]: [u32; 3]) -> impl Iterator<Item = u32> {
     values.into_iter().flatten()
 }
 
+/// A piece of the log.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Chunk {
+    pub(super) offset: u64,
+    pub(super) length: u32,
+    pub(super) crc: u32,
+}
+
+/// The chunks of a group: those of open sides, and those of late triangles.
+pub(super) type GroupChunks = [Vec<Chunk>; 2];
+
+const SIDES: usize = 0;
+const TRIANGLES: usize = 1;
+
 /// The log while it is written.
 #[derive(Debug)]
 pub(super) struct BorderLog {
-    file: File,
+    file: Arc<File>,
     length: u64,
     tiles: u32,
-    tiles_per_bucket: u32,
-    buckets: Vec<Bucket>,
+    tiles_per_group: u32,
+    groups: Vec<Group>,
     /// Triangles so far.
     triangles: u64,
-    buffer_size: usize,
+    /// Bytes in all buffers, and how many there may be.
+    buffered: usize,
+    buffers: usize,
+    written: u64,
+    read: u64,
 }
 
 #[derive(Debug, Default)]
-struct Bucket {
-    buffer: Vec<u8>,
-    /// What was written before, as places in the file.
-    chunks: Vec<Range<u64>>,
+struct Group {
+    first_tile: u32,
+    buffers: [Vec<u8>; 2],
+    chunks: GroupChunks,
 }
 
 impl BorderLog {
-    /// Makes an empty log in a folder, for so many tiles of so many vertices.
-    pub(super) fn create(folder: &Path, tiles: u32, tile_vertices: usize) -> io::Result<Self> {
-        // The file has no name, so it goes away with its handle, however the process ends.
-        let file = tempfile::tempfile_in(folder)?;
-        // A tile has about 16 √m late triangles, so a bucket has some 65,000, which are a few megabytes.
-        let tiles_per_bucket = (4096.0 / (tile_vertices as f64).sqrt()).ceil() as u32;
-        let count = tiles.div_ceil(tiles_per_bucket) as usize;
-        let mut buckets = Vec::new();
-        buckets.resize_with(count, Bucket::default);
-        Ok(Self {
+    /// Starts a log in a file, behind its first `length` bytes, with buffers of so many bytes, for tiles of so many
+    /// vertices.
+    pub(super) fn new(file: Arc<File>, length: u64, buffers: usize, tile_vertices: usize) -> Self {
+        Self {
             file,
-            length: 0,
-            tiles,
-            tiles_per_bucket,
-            buckets,
+            length,
+            tiles: 0,
+            // A tile has about 16 √m late triangles, so a group has some 65,000, which are a few megabytes.
+            tiles_per_group: (4096.0 / (tile_vertices as f64).sqrt()).ceil() as u32,
+            groups: Vec::new(),
             triangles: 0,
-            buffer_size: (BUFFERS / count.max(1)).clamp(TRIANGLE, BUFFER),
-        })
+            buffered: 0,
+            buffers,
+            written: 0,
+            read: 0,
+        }
+    }
+
+    /// Makes room for the tiles of another block.
+    pub(super) fn add_tiles(&mut self, tiles: u32) {
+        let end = self.tiles + tiles;
+        let groups = (self.tiles..end).step_by(self.tiles_per_group as usize);
+        self.groups.extend(groups.map(|first_tile| Group {
+            first_tile,
+            ..Group::default()
+        }));
+        self.tiles = end;
+    }
+
+    /// The groups of the tiles of a block.
+    fn groups_of(&self, tiles: Range<u32>) -> Range<usize> {
+        let before = |tile: u32| self.groups.partition_point(|group| group.first_tile < tile);
+        before(tiles.start)..before(tiles.end)
+    }
+
+    fn group_of(&self, tile: u32) -> usize {
+        self.groups.partition_point(|group| group.first_tile <= tile) - 1
+    }
+
+    /// Appends the open sides of a tile.
+    pub(super) fn append_sides(&mut self, tile: TileId, sides: &[OpenSide]) -> io::Result<()> {
+        let group = self.group_of(tile.0);
+        let buffer = &mut self.groups[group].buffers[SIDES];
+        for side in sides {
+            for word in [tile.0, side.from, side.to, side.side] {
+                buffer.extend_from_slice(&word.to_le_bytes());
+            }
+        }
+        self.buffered += sides.len() * SIDE;
+        self.relieve(group, SIDES)
     }
 
     /// Appends triangles.
-    pub(super) fn append(&mut self, triangles: &[LateTriangle]) -> io::Result<()> {
+    pub(super) fn append_triangles(&mut self, triangles: &[LateTriangle]) -> io::Result<()> {
         self.triangles += triangles.len() as u64;
         for triangle in triangles {
-            let of = |v: SeamVertex| v.id.tile.0 / self.tiles_per_bucket;
-            for number in distinct(triangle.0.map(of)) {
-                let bucket = &mut self.buckets[number as usize];
-                triangle.encode(&mut bucket.buffer);
-                if bucket.buffer.len() >= self.buffer_size {
-                    self.file.write_all_at(&bucket.buffer, self.length)?;
-                    let end = self.length + bucket.buffer.len() as u64;
-                    bucket.chunks.push(self.length..end);
-                    self.length = end;
-                    bucket.buffer.clear();
-                }
+            for group in distinct(triangle.0.map(|v| self.group_of(v.id.tile.0) as u32)) {
+                triangle.encode(&mut self.groups[group as usize].buffers[TRIANGLES]);
+                self.buffered += TRIANGLE;
+                self.relieve(group as usize, TRIANGLES)?;
             }
         }
         Ok(())
+    }
+
+    /// Writes a buffer that is full, and all of them if together they are too large.
+    fn relieve(&mut self, group: usize, kind: usize) -> io::Result<()> {
+        if self.groups[group].buffers[kind].len() >= BUFFER {
+            self.write(group, kind)?;
+        }
+        if self.buffered > self.buffers {
+            for group in 0..self.groups.len() {
+                self.write(group, SIDES)?;
+                self.write(group, TRIANGLES)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, group: usize, kind: usize) -> io::Result<()> {
+        let Group { buffers, chunks, .. } = &mut self.groups[group];
+        if buffers[kind].is_empty() {
+            return Ok(());
+        }
+        // The memory goes too: most groups get nothing more, or little.
+        let buffer = std::mem::take(&mut buffers[kind]);
+        self.file.write_all_at(&buffer, self.length)?;
+        chunks[kind].push(Chunk {
+            offset: self.length,
+            length: buffer.len() as u32,
+            crc: crc32c::crc32c(&buffer),
+        });
+        self.length += buffer.len() as u64;
+        self.written += buffer.len() as u64;
+        self.buffered -= buffer.len();
+        Ok(())
+    }
+
+    /// Writes all that there is of the tiles of a block, and tells where it lies, and how many triangles it has.
+    pub(super) fn finish_block(&mut self, tiles: Range<u32>) -> io::Result<Vec<GroupChunks>> {
+        let groups = self.groups_of(tiles);
+        for group in groups.clone() {
+            self.write(group, SIDES)?;
+            self.write(group, TRIANGLES)?;
+        }
+        Ok(self.groups[groups].iter().map(|group| group.chunks.clone()).collect())
+    }
+
+    /// Takes up the tiles of a block that a build before has finished.
+    pub(super) fn restore(&mut self, tiles: u32, chunks: Vec<GroupChunks>, triangles: u64) {
+        let first = self.groups.len();
+        self.add_tiles(tiles);
+        for (group, chunks) in self.groups[first..].iter_mut().zip(chunks) {
+            group.chunks = chunks;
+        }
+        self.triangles += triangles;
     }
 
     /// How many triangles were appended.
@@ -124,64 +223,100 @@ impl BorderLog {
         self.triangles
     }
 
-    /// Bytes that were spilled.
-    pub(super) fn spilled_bytes(&self) -> u64 {
-        self.length
+    /// Bytes that were read back and written.
+    pub(super) fn traffic(&self) -> [u64; 2] {
+        [self.read, self.written]
     }
 
-    /// How many buckets there are.
-    pub(super) fn bucket_count(&self) -> usize {
-        self.buckets.len()
+    /// How many groups there are.
+    pub(super) fn group_count(&self) -> usize {
+        self.groups.len()
     }
 
-    /// Reads a bucket back, and forgets it.
-    pub(super) fn take_bucket(&mut self, number: usize) -> io::Result<BucketBorders> {
-        let bucket = std::mem::take(&mut self.buckets[number]);
-        let spilled: u64 = bucket.chunks.iter().map(|chunk| chunk.end - chunk.start).sum();
-        let mut bytes = vec![0; spilled as usize];
-        let mut rest = &mut bytes[..];
-        for chunk in bucket.chunks {
-            let (part, after) = rest.split_at_mut((chunk.end - chunk.start) as usize);
-            self.file.read_exact_at(part, chunk.start)?;
-            rest = after;
+    /// Reads a group back, and forgets it.
+    pub(super) fn take_group(&mut self, number: usize) -> io::Result<GroupBorders> {
+        let first = self.groups[number].first_tile;
+        let end = self.groups.get(number + 1).map_or(self.tiles, |next| next.first_tile);
+        let Group { buffers, chunks, .. } = std::mem::take(&mut self.groups[number]);
+        self.groups[number].first_tile = first;
+        let mut parts = [Vec::new(), Vec::new()];
+        for ((part, buffer), chunks) in parts.iter_mut().zip(&buffers).zip(chunks) {
+            let spilled: usize = chunks.iter().map(|chunk| chunk.length as usize).sum();
+            part.reserve_exact(spilled + buffer.len());
+            for chunk in chunks {
+                let start = part.len();
+                part.resize(start + chunk.length as usize, 0);
+                self.file.read_exact_at(&mut part[start..], chunk.offset)?;
+                if crc32c::crc32c(&part[start..]) != chunk.crc {
+                    let message = format!("the checksum of the border log is wrong at {}", chunk.offset);
+                    return Err(io::Error::new(io::ErrorKind::InvalidData, message));
+                }
+            }
+            self.read += spilled as u64;
+            self.buffered -= buffer.len();
+            part.extend_from_slice(buffer);
         }
-        bytes.extend_from_slice(&bucket.buffer);
-        let first = number as u32 * self.tiles_per_bucket;
-        let end = first.saturating_add(self.tiles_per_bucket).min(self.tiles);
-        Ok(BucketBorders::new(bytes, first..end))
+        Ok(GroupBorders::new(parts, first..end))
     }
 }
 
-/// The late triangles of a group of tiles.
+/// What the borders of a group of tiles are made of.
 #[derive(Debug)]
-pub(super) struct BucketBorders {
-    bytes: Vec<u8>,
+pub(super) struct GroupBorders {
     tiles: Range<u32>,
-    /// Numbers of triangles, tile by tile.
+    sides: ByTile,
+    triangles: ByTile,
+}
+
+/// Entries of one length, and which belong to each tile.
+#[derive(Debug)]
+struct ByTile {
+    bytes: Vec<u8>,
+    entry: usize,
+    /// Numbers of entries, tile by tile.
     numbers: Vec<u32>,
     /// For each tile where its numbers start; and the end.
     starts: Vec<usize>,
 }
 
-impl BucketBorders {
-    fn new(bytes: Vec<u8>, tiles: Range<u32>) -> Self {
-        let mut of_tile: Vec<(u32, u32)> = Vec::with_capacity(bytes.len() / TRIANGLE);
-        for (triangle, number) in bytes.chunks_exact(TRIANGLE).zip(0..) {
-            let triangle = LateTriangle::decode(triangle);
-            let inside = distinct(triangle.0.map(|v| v.id.tile.0)).filter(|tile| tiles.contains(tile));
-            of_tile.extend(inside.map(|tile| (tile, number)));
+impl ByTile {
+    fn new(bytes: Vec<u8>, entry: usize, tiles: &Range<u32>, of: impl Fn(&[u8], &mut Vec<u32>)) -> Self {
+        let mut of_tile: Vec<(u32, u32)> = Vec::with_capacity(bytes.len() / entry);
+        let mut its = Vec::new();
+        for (bytes, number) in bytes.chunks_exact(entry).zip(0..) {
+            its.clear();
+            of(bytes, &mut its);
+            of_tile.extend(its.iter().filter(|tile| tiles.contains(tile)).map(|&tile| (tile, number)));
         }
         of_tile.sort_unstable();
-        let starts = tiles
-            .clone()
-            .chain([tiles.end])
-            .map(|tile| of_tile.partition_point(|&(t, _)| t < tile))
-            .collect();
+        let starts = (tiles.start..=tiles.end).map(|tile| of_tile.partition_point(|&(t, _)| t < tile));
         Self {
+            starts: starts.collect(),
             numbers: of_tile.into_iter().map(|(_, number)| number).collect(),
             bytes,
+            entry,
+        }
+    }
+
+    fn of(&self, place: u32) -> impl Iterator<Item = &[u8]> {
+        let numbers = &self.numbers[self.starts[place as usize]..self.starts[place as usize + 1]];
+        numbers.iter().map(|&number| {
+            let at = number as usize * self.entry;
+            &self.bytes[at..at + self.entry]
+        })
+    }
+}
+
+impl GroupBorders {
+    fn new([sides, triangles]: [Vec<u8>; 2], tiles: Range<u32>) -> Self {
+        let of_side = |bytes: &[u8], its: &mut Vec<u32>| its.push(words(bytes)[0]);
+        let of_triangle = |bytes: &[u8], its: &mut Vec<u32>| {
+            its.extend(distinct(LateTriangle::decode(bytes).0.map(|v| v.id.tile.0)));
+        };
+        Self {
+            sides: ByTile::new(sides, SIDE, &tiles, of_side),
+            triangles: ByTile::new(triangles, TRIANGLE, &tiles, of_triangle),
             tiles,
-            starts,
         }
     }
 
@@ -191,12 +326,17 @@ impl BucketBorders {
     }
 
     /// The late triangles with a vertex in a tile.
-    pub(super) fn of_tile(&self, tile: TileId) -> impl Iterator<Item = LateTriangle> {
-        let place = (tile.0 - self.tiles.start) as usize;
-        let numbers = &self.numbers[self.starts[place]..self.starts[place + 1]];
-        numbers.iter().map(|&number| {
-            let at = number as usize * TRIANGLE;
-            LateTriangle::decode(&self.bytes[at..at + TRIANGLE])
-        })
+    pub(super) fn triangles_of(&self, tile: TileId) -> impl Iterator<Item = LateTriangle> {
+        self.triangles.of(tile.0 - self.tiles.start).map(LateTriangle::decode)
     }
+
+    /// The open sides of a tile's core.
+    pub(super) fn sides_of(&self, tile: TileId) -> Vec<OpenSide> {
+        let sides = self.sides.of(tile.0 - self.tiles.start).map(words);
+        sides.map(|[_, from, to, side]| OpenSide { from, to, side }).collect()
+    }
+}
+
+fn words(bytes: &[u8]) -> [u32; 4] {
+    [0, 4, 8, 12].map(|at| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes")))
 }

@@ -1,9 +1,178 @@
-//! How much memory there is, and how much a build takes.
+//! How much memory there is, and who gets how much of it.
+//!
+//! ```text
+//! while points come   those that fit, or buffers of runs
+//! afterwards          tiles in work, one for each thread    WORK_BYTES for each vertex
+//!                     blocks: one in work, one that comes   three quarters of the rest
+//!                     seams that wait                       an eighth
+//!                     border log                            an eighth
+//! ```
 
 use std::fs;
 
+use super::spill::Plan;
+use super::work_folder::WorkFolder;
+use super::{BuildError, BuildOptions};
+
+/// Bytes of a point in work: kernel, mesh, draft and FlatBuffer of its tile, and tiles on their way to the file.
+const WORK_BYTES: u64 = 400;
+
+/// Bytes of a seam vertex while its node is merged: kernel, mesh, fates, and the seams that go in and come out.
+pub(super) const SEAM_WORK_BYTES: u64 = 250;
+
+/// Bytes of a point in a block, and more where it has z.
+const POINT_BYTES: u64 = 20;
+const POINT_WITH_Z_BYTES: u64 = 36;
+
+/// The most points of a block: more would gain nothing, and a build that goes on would lose more.
+const MAX_BLOCK: u64 = 1 << 22;
+
+/// Who gets how much of a build's memory while blocks are in work.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Shares {
+    /// Threads that compute.
+    pub(super) threads: usize,
+    /// Points of a block.
+    pub(super) block_points: u64,
+    /// Bytes of all blocks in memory.
+    pub(super) blocks: u64,
+    /// Bytes that seams may take, with a merge: a thread that merges conquers no tile meanwhile.
+    pub(super) seams: u64,
+    /// The most seam vertices that a merge of more than two nodes takes in.
+    pub(super) merge_vertices: usize,
+    /// Bytes of the border log's buffers.
+    pub(super) border_log: usize,
+}
+
+/// Bytes of the tiles that are in work.
+fn work_bytes(options: &BuildOptions, threads: usize, points: u64) -> u64 {
+    points.min((options.tile_vertices * threads) as u64) * WORK_BYTES
+}
+
+/// Whether so many points, that take so many bytes, can stay in memory.
+pub(super) fn fits(options: &BuildOptions, points: u64, bytes: u64) -> bool {
+    bytes.saturating_add(work_bytes(options, options.threads, points)) <= options.memory
+}
+
+/// Whether so many points can stay in memory.
+pub(super) fn points_fit(options: &BuildOptions, points: u64, has_z: bool) -> bool {
+    fits(options, points, points.saturating_mul(point_bytes(has_z)))
+}
+
+/// Bytes of a point in a block.
+pub(super) fn point_bytes(has_z: bool) -> u64 {
+    if has_z { POINT_WITH_Z_BYTES } else { POINT_BYTES }
+}
+
+/// Bytes of the buffers of all runs, while points are distributed.
+pub(super) fn run_buffers(memory: u64) -> usize {
+    (memory / 8).min(64 << 20) as usize
+}
+
+/// Cells that points are distributed to at once: no more than files that may be open, nor than buffers are worth it.
+pub(super) fn most_cells(memory: u64) -> usize {
+    (run_buffers(memory) / (16 << 10)).clamp(16, 512)
+}
+
+/// The shares of a build of so many points, which do not fit in memory. Threads that there is no memory for are not used.
+pub(super) fn shares(options: &BuildOptions, points: u64, has_z: bool) -> Result<Shares, BuildError> {
+    /// A block is no more than one of so many.
+    const BLOCKS: u64 = 32;
+    let tile_vertices = options.tile_vertices as u64;
+    // Two blocks of a tile each are the least.
+    let least = 2 * tile_vertices.min(points) * point_bytes(has_z) * 4 / 3;
+    let threads = (1..=options.threads).rev();
+    let mut fitting = threads.filter(|&threads| work_bytes(options, threads, points) + least <= options.memory);
+    let Some(threads) = fitting.next() else {
+        return Err(BuildError::Memory {
+            needed: work_bytes(options, 1, points) + least,
+            budget: options.memory,
+        });
+    };
+    if threads < options.threads {
+        tracing::warn!(threads, "there is memory for the tiles of so many threads only");
+    }
+    let rest = options.memory - work_bytes(options, threads, points);
+    let blocks = rest / 4 * 3;
+    let share = blocks / 2 / point_bytes(has_z);
+    let wanted = (points / BLOCKS).max(4 * tile_vertices);
+    Ok(Shares {
+        threads,
+        block_points: share.min(MAX_BLOCK).min(wanted).max(1),
+        blocks,
+        seams: rest / 8 + options.memory - rest,
+        merge_vertices: merge_vertices(rest / 8),
+        border_log: (rest / 8).min(16 << 20) as usize,
+    })
+}
+
+/// The shares of a build whose points fit in memory.
+pub(super) fn shares_in_memory(options: &BuildOptions, point_bytes: u64) -> Shares {
+    let rest = options.memory.saturating_sub(point_bytes);
+    Shares {
+        threads: options.threads,
+        block_points: u64::MAX,
+        blocks: point_bytes,
+        seams: rest,
+        merge_vertices: merge_vertices(rest / 8),
+        border_log: (rest / 8).min(16 << 20) as usize,
+    }
+}
+
+/// Seam vertices of a merge, of which a few wait at each level, in so many bytes.
+fn merge_vertices(bytes: u64) -> usize {
+    /// Of a seam vertex, with its share of unsettled triangles.
+    const SEAM_BYTES: u64 = 48;
+    (bytes / 3 / SEAM_BYTES).max(1 << 12) as usize
+}
+
+/// Whether blocks that were planned with another budget fit in this one.
+pub(super) fn check_blocks(options: &BuildOptions, plan: &Plan, shares: Shares) -> Result<(), BuildError> {
+    let largest = plan.blocks.iter().map(|block| block.points).max().unwrap_or(0);
+    let needed = 2 * largest * point_bytes(plan.has_z);
+    if needed > shares.blocks {
+        return Err(BuildError::Memory {
+            needed: options.memory + needed - shares.blocks,
+            budget: options.memory,
+        });
+    }
+    Ok(())
+}
+
+/// Fails if there is not enough room on the disk for what a build of so many points has still to write, of which
+/// `run_bytes` stand there already and go away meanwhile.
+///
+/// Points at one place take less; nobody knows how many there are.
+pub(super) fn check_disk(folder: &WorkFolder, points: u64, run_bytes: u64, has_z: bool) -> Result<(), BuildError> {
+    /// Bytes of a vertex in the file, as measured without z.
+    const VERTEX_BYTES: u64 = 53;
+    /// Bytes of the border log for each point, where points lie evenly.
+    const BORDER_BYTES: u64 = 5;
+    let output = points.saturating_mul(VERTEX_BYTES + if has_z { 8 } else { 0 });
+    let spilled = points.saturating_mul(BORDER_BYTES);
+    let needs = if folder.spill() == folder.path() {
+        vec![(folder.path(), (output + spilled).saturating_sub(run_bytes))]
+    } else {
+        vec![(folder.path(), output), (folder.spill(), spilled.saturating_sub(run_bytes))]
+    };
+    for (path, needed) in needs {
+        // Where the system does not tell, nothing is lost.
+        let Ok(room) = rustix::fs::statvfs(path) else { continue };
+        let free = room.f_bavail.saturating_mul(room.f_frsize);
+        if needed > free {
+            return Err(BuildError::Disk {
+                path: path.to_owned(),
+                needed,
+                free,
+            });
+        }
+    }
+    Ok(())
+}
+
 /// A quarter of the smaller of the machine's memory and the limit of the process's cgroup; 1 GiB where neither is known.
-pub(super) fn default_memory() -> u64 {
+#[must_use]
+pub fn default_memory() -> u64 {
     let limits = [installed_memory(), cgroup_limit()];
     limits.into_iter().flatten().min().map_or(1 << 30, |bytes| bytes / 4)
 }

@@ -77,28 +77,64 @@ pub enum BuildError {
         /// Where they are.
         point: Point,
     },
-    /// The points do not fit in the memory that the build may use.
+    /// The budget is too small for a single tile.
     #[error(
-        "the first {points} points and the work on them need {needed} MiB of memory, and {budget} MiB are allowed; allow \
-         more, or use fewer threads or smaller tiles",
+        "{budget} MiB of memory are allowed, and the work on one tile and its block takes {needed} MiB; allow more, or use \
+         smaller tiles",
         needed = needed.div_ceil(1 << 20), budget = budget >> 20
     )]
     Memory {
-        /// Points so far.
-        points: u64,
-        /// Bytes they need.
+        /// Bytes needed.
         needed: u64,
         /// Bytes allowed.
         budget: u64,
     },
-    /// There are more points than a build numbers.
-    #[error("there are more than {0} points, the most that a build takes")]
-    TooManyPoints(usize),
+    /// Seams do not shrink as they should, so the root would not fit: points on a curve, say.
+    #[error(
+        "these points have so many neighbours across cells that merging takes about {needed} MiB of memory, and {budget} MiB \
+         are allowed; allow that much",
+        needed = needed.div_ceil(1 << 20), budget = budget >> 20
+    )]
+    Seams {
+        /// Bytes needed, about.
+        needed: u64,
+        /// Bytes allowed.
+        budget: u64,
+    },
+    /// There is not enough room on the disk.
+    #[error(
+        "{path}: the build needs about {needed} MiB of disk, and {free} MiB are free there",
+        path = path.display(), needed = needed.div_ceil(1 << 20), free = free >> 20
+    )]
+    Disk {
+        /// The folder.
+        path: PathBuf,
+        /// Bytes needed, about.
+        needed: u64,
+        /// Bytes free.
+        free: u64,
+    },
+    /// What an interrupted build left belongs to other inputs or options.
+    #[error(
+        "{path} holds the work of a build with other inputs or options, and cannot be resumed with these ({what}); build \
+         without resuming to start again",
+        path = path.display()
+    )]
+    OtherBuild {
+        /// The work folder.
+        path: PathBuf,
+        /// What differs.
+        what: String,
+    },
+    /// Inputs that cannot be read again cannot be resumed.
+    #[error("only a build whose inputs can be read again can be resumed; standard input cannot")]
+    NotResumable,
+    /// Points were pushed into a build that goes on and had them all.
+    #[error("the build that is resumed has all its points already")]
+    PointsComplete,
     /// There would be more tiles than a directory holds.
-    #[error("there would be {tiles} tiles, and a file holds {max}; use larger tiles")]
+    #[error("there would be more than {max} tiles, the most that a file holds; use larger tiles")]
     TooManyTiles {
-        /// Tiles there would be.
-        tiles: usize,
         /// Tiles that a directory holds.
         max: u32,
     },

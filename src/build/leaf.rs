@@ -26,10 +26,6 @@ pub(super) struct Leaf {
     pub(super) duplicates: u64,
 }
 
-/// There are two records at one place, where that is an error.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct DuplicateFound;
-
 /// Of all records of a leaf that lie on an earlier one, the first, and where: its earliest fellow, it, the place.
 pub(super) fn first_duplicate(items: &[Item], attributes: &Attributes) -> Option<([u64; 2], Point)> {
     let mut places: Vec<(Point, u64)> = items.iter().map(|i| (i.point, attributes.record(i.position))).collect();
@@ -47,8 +43,17 @@ pub(super) fn conquer(
     duplicates: Duplicates,
     tile: TileId,
     cell: Rect,
-) -> Result<Leaf, DuplicateFound> {
-    let kept = merge_duplicates(in_spatial_order(items), attributes, duplicates)?;
+) -> Leaf {
+    let kept = match items {
+        // More points at one place than a tile may have vertices: there need not be memory to sort them.
+        [first, rest @ ..] if rest.iter().all(|item| { item.point } == { first.point }) => {
+            let best = rest.iter().fold(first, |best, item| {
+                if precedes(item, best, attributes, duplicates) { item } else { best }
+            });
+            vec![*best]
+        }
+        _ => merge_duplicates(in_spatial_order(items), attributes, duplicates),
+    };
     let points: Vec<Point> = kept.iter().map(|item| item.point).collect();
     let (seam_vertices, unsettled) = workspace.run(&points, cell, |_| true);
     let mut core = CoreDraft {
@@ -65,17 +70,18 @@ pub(super) fn conquer(
     };
     let seam = Seam {
         level: 1,
+        below: points.len() as u64,
         unsettled,
         vertices: seam_vertices.into_iter().map(seam_vertex).collect(),
     };
     core.points = points;
-    Ok(Leaf {
+    Leaf {
         bounds: Rect::around(core.points.iter().copied()),
         core,
         open_sides,
         seam,
         duplicates: (items.len() - kept.len()) as u64,
-    })
+    }
 }
 
 /// Copies the settled triangles and their adjacency, and notes the sides where it ends.
@@ -142,34 +148,19 @@ fn in_spatial_order(items: &[Item]) -> Vec<Item> {
 }
 
 /// One item for each place; items at one place must stand side by side.
-fn merge_duplicates(
-    mut items: Vec<Item>,
-    attributes: &Attributes,
-    rule: Duplicates,
-) -> Result<Vec<Item>, DuplicateFound> {
-    let mut found = false;
+fn merge_duplicates(mut items: Vec<Item>, attributes: &Attributes, rule: Duplicates) -> Vec<Item> {
     items.dedup_by(|next, kept| {
         let equal = { next.point } == { kept.point };
-        found |= equal;
         if equal && precedes(next, kept, attributes, rule) {
             *kept = *next;
         }
         equal
     });
-    if found && rule == Duplicates::Error {
-        return Err(DuplicateFound);
-    }
-    Ok(items)
+    items
 }
 
 /// Whether `a` is kept rather than `b`.
 fn precedes(a: &Item, b: &Item, attributes: &Attributes, rule: Duplicates) -> bool {
-    let z = |item: &Item| attributes.z(item.position);
-    let by_z = match rule {
-        Duplicates::First | Duplicates::Error => std::cmp::Ordering::Equal,
-        Duplicates::Lowest => z(a).total_cmp(&z(b)),
-        Duplicates::Highest => z(b).total_cmp(&z(a)),
-    };
-    by_z.then_with(|| attributes.record(a.position).cmp(&attributes.record(b.position)))
-        .is_lt()
+    let of = |item: &Item| (attributes.z(item.position), attributes.record(item.position));
+    rule.prefers(of(a), of(b))
 }

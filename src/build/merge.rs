@@ -9,16 +9,20 @@ use crate::geometry::{Point, Rect};
 use crate::mesh::smallest_first;
 
 /// Triangulates the seams together. Returns the triangles that are final now, and the seam of the whole.
-pub(super) fn merge(workspace: &mut Workspace, seams: &[Seam], cell: Rect) -> (Vec<LateTriangle>, Seam) {
+pub(super) fn merge(workspace: &mut Workspace, seams: Vec<Seam>, cell: Rect) -> (Vec<LateTriangle>, Seam) {
     let vertices: Vec<SeamVertex> = seams.iter().flat_map(|seam| &seam.vertices).copied().collect();
     let points: Vec<Point> = vertices.iter().map(|v| v.point).collect();
     let mut child_of = Vec::with_capacity(points.len());
     let mut unsettled = Vec::new();
+    let below = seams.iter().map(|seam| seam.below).sum();
+    let level = 1 + seams.iter().map(|seam| seam.level).max().unwrap_or(0);
     for (seam, child) in seams.iter().zip(0u32..) {
         let first = child_of.len() as u32;
         unsettled.extend(seam.unsettled.iter().map(|t| t.map(|v| v + first)));
         child_of.resize(child_of.len() + seam.vertices.len(), child);
     }
+    // Large ones take as much memory as the merge itself.
+    drop(seams);
     // Children come in order and their triangles are in order, so all are.
     debug_assert!(unsettled.is_sorted());
     let crosses = |t: [u32; 3]| {
@@ -36,7 +40,8 @@ pub(super) fn merge(workspace: &mut Workspace, seams: &[Seam], cell: Rect) -> (V
     let seam = Seam {
         vertices: seam_vertices.iter().map(|&v| vertices[v as usize]).collect(),
         unsettled: triangles,
-        level: 1 + seams.iter().map(|seam| seam.level).max().unwrap_or(0),
+        below,
+        level,
     };
     (late, seam)
 }

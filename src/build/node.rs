@@ -9,7 +9,7 @@ use crate::mesh::{Engine, Triangulation, smallest_first};
 use crate::store::VertexId;
 
 /// What a node hands to its parent.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Seam {
     /// The vertices of the unsettled triangles and all hull vertices; without triangles, all vertices. By tile and place.
     pub(super) vertices: Vec<SeamVertex>,
@@ -17,6 +17,15 @@ pub(super) struct Seam {
     pub(super) unsettled: Vec<[u32; 3]>,
     /// How many levels of nodes there are below the node, and it.
     pub(super) level: usize,
+    /// The vertices of all tiles of the node.
+    pub(super) below: u64,
+}
+
+impl Seam {
+    /// Bytes that it takes in memory.
+    pub(super) fn byte_size(&self) -> u64 {
+        (self.vertices.len() * size_of::<SeamVertex>() + self.unsettled.len() * 12) as u64
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

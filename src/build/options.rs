@@ -6,7 +6,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 
-use super::budget;
+use super::{BuildError, budget};
 use crate::mesh::EngineKind;
 
 /// How to build a tile file.
@@ -29,6 +29,12 @@ pub struct BuildOptions {
     pub force: bool,
     /// The folder that work is spilled to; without it that beside the output in which the file is completed.
     pub work_folder: Option<PathBuf>,
+    /// What tells the points of this build from those of others: a line for each input and what decides how it is read.
+    /// With it, a build that outgrew the memory keeps its work where it is interrupted, and can be resumed.
+    pub resumable: Option<String>,
+    /// Whether to go on with the work of an interrupted build, if there is any. It must have been `resumable` with the same
+    /// text, and of the same tile size and rule for duplicates.
+    pub resume: bool,
     /// How far the build is, for others to look at, and the way to stop it.
     pub progress: Arc<Progress>,
 }
@@ -38,6 +44,39 @@ impl BuildOptions {
     pub const MIN_TILE_VERTICES: usize = 4;
     /// The largest value of `tile_vertices`.
     pub const MAX_TILE_VERTICES: usize = 1 << 18;
+
+    /// Fails if an option is out of its range.
+    pub(super) fn check(&self) -> Result<(), BuildError> {
+        let tile_vertices = Self::MIN_TILE_VERTICES..=Self::MAX_TILE_VERTICES;
+        for (option, found, range) in [
+            ("tile vertices", self.tile_vertices, tile_vertices),
+            ("threads", self.threads, 1..=1024),
+        ] {
+            if !range.contains(&found) {
+                return Err(BuildError::Option {
+                    option,
+                    min: *range.start(),
+                    max: *range.end(),
+                    found,
+                });
+            }
+        }
+        if self.resume && self.resumable.is_none() {
+            return Err(BuildError::NotResumable);
+        }
+        Ok(())
+    }
+
+    /// What a build that is resumed must have in common with the one before.
+    pub(super) fn identity(&self) -> String {
+        let inputs = self.resumable.as_deref().unwrap_or_default();
+        let Self {
+            tile_vertices,
+            duplicates,
+            ..
+        } = self;
+        format!("tile vertices: {tile_vertices}\nduplicates: {duplicates}\n{inputs}")
+    }
 }
 
 impl Default for BuildOptions {
@@ -51,6 +90,8 @@ impl Default for BuildOptions {
             duplicates: Duplicates::default(),
             force: false,
             work_folder: None,
+            resumable: None,
+            resume: false,
             progress: Arc::default(),
         }
     }
@@ -78,6 +119,18 @@ impl Duplicates {
         (Self::Highest, "highest"),
         (Self::Error, "error"),
     ];
+}
+
+impl Duplicates {
+    /// Whether a record with z and number is kept rather than another.
+    pub(super) fn prefers(self, (z, record): (f64, u64), (other_z, other): (f64, u64)) -> bool {
+        let by_z = match self {
+            Self::First | Self::Error => std::cmp::Ordering::Equal,
+            Self::Lowest => z.total_cmp(&other_z),
+            Self::Highest => other_z.total_cmp(&z),
+        };
+        by_z.then(record.cmp(&other)).is_lt()
+    }
 }
 
 impl fmt::Display for Duplicates {

@@ -25,10 +25,11 @@ struct State<T, F> {
 pub(super) struct Closed;
 
 impl<T, F: FnMut(u32, T) -> Result<(), Closed>> Ordered<T, F> {
-    pub(super) fn new(window: u32, sink: F) -> Self {
+    /// The first item has number `next`.
+    pub(super) fn new(next: u32, window: u32, sink: F) -> Self {
         Self {
             state: Mutex::new(State {
-                next: 0,
+                next,
                 waiting: BTreeMap::new(),
                 sink,
                 closed: false,

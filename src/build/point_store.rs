@@ -1,7 +1,9 @@
-//! The points of a build, in memory, from their arrival until their tile is made.
+//! Points in memory, from their arrival, or that of their block, until their tile is made.
 
 use crate::geometry::Point;
 use crate::input::PointBatch;
+
+use super::spill::Record;
 
 /// A point and its place in the arrays of what goes with it.
 ///
@@ -22,7 +24,7 @@ pub(super) struct Attributes {
     records: Vec<u64>,
 }
 
-/// All points that came in.
+/// Points: all that came in, or those of a block.
 #[derive(Debug, Default)]
 pub(super) struct PointStore {
     pub(super) items: Vec<Item>,
@@ -56,6 +58,40 @@ impl PointStore {
             }
             attributes.records.extend_from_slice(&batch.records);
         }
+    }
+
+    /// A store that has room for so many points.
+    pub(super) fn with_capacity(points: usize, has_z: bool) -> Self {
+        Self {
+            items: Vec::with_capacity(points),
+            attributes: Attributes {
+                z: Vec::with_capacity(if has_z { points } else { 0 }),
+                records: Vec::with_capacity(if has_z { points } else { 0 }),
+            },
+        }
+    }
+
+    /// Adds a point of a run. Its place in the arrays is its record number, as long as that fits and nothing else goes with
+    /// it.
+    #[inline]
+    pub(super) fn push_record(&mut self, Record { point, z, record }: Record, has_z: bool) {
+        let attributes = &mut self.attributes;
+        let mut position = record as u32;
+        if has_z || u64::from(position) != record || !attributes.records.is_empty() {
+            if attributes.records.is_empty() {
+                attributes.records.extend(self.items.iter().map(|item| u64::from(item.position)));
+                for (item, place) in self.items.iter_mut().zip(0..) {
+                    item.position = place;
+                }
+            }
+            position = self.items.len() as u32;
+            attributes.records.push(record);
+            if has_z {
+                attributes.z.resize(self.items.len(), 0.0);
+                attributes.z.push(z);
+            }
+        }
+        self.items.push(Item { point, position });
     }
 
     /// Bytes that the points take.

@@ -1,23 +1,52 @@
-//! Who does what next: conquers the leaves in order and merges as soon as children are done.
+//! Who does what next: divides blocks as they arrive, conquers their leaves in order, merges as soon as children are done.
 //!
-//! Threads take tasks from one board. A merge that can be done comes before the next leaf, so the tree is worked depth
-//! first and few seams wait. The fan-out adapts: seams go up unmerged as long as all those of a node together fit in one
-//! merge; so as many levels are merged at once as possible, and two nodes at least.
+//! Threads take tasks from one board. A merge that can be done comes first, so the tree is worked depth first and few seams
+//! wait; then a block to divide, so that there are always leaves; then the next leaf. The fan-out adapts: seams go up
+//! unmerged as long as all those of a node together fit in one merge; so as many levels are merged at once as possible,
+//! and two nodes at least. Only blocks always end in one seam, which is what the journal keeps of them.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use parking_lot::{Condvar, Mutex};
+use tokio::sync::OwnedSemaphorePermit;
 
+use super::divide::Division;
 use super::node::Seam;
+use super::point_store::PointStore;
+use crate::geometry::Rect;
 use crate::store::{KdNode, KdTree, TileId};
+
+/// A block in memory.
+#[derive(Debug)]
+pub(super) struct BlockPoints {
+    pub(super) number: u32,
+    pub(super) store: PointStore,
+    /// The memory it takes, which is free for another block when this one is dropped.
+    pub(super) _permit: Option<OwnedSemaphorePermit>,
+}
 
 /// A piece of work.
 #[derive(Debug)]
 pub(super) enum Task {
+    /// Divide a block.
+    Divide {
+        /// The block.
+        block: BlockPoints,
+        /// Threads that have nothing else to do.
+        threads: usize,
+    },
     /// Conquer a leaf.
     Leaf {
         /// Its node in the tree.
         node: u32,
         /// Its tile.
         tile: TileId,
+        /// Its block, and its points there.
+        block: Arc<BlockPoints>,
+        points: Range<usize>,
     },
     /// Merge the seams of the nodes below one.
     Merge {
@@ -32,67 +61,160 @@ pub(super) enum Task {
 pub(super) struct Board {
     state: Mutex<State>,
     changed: Condvar,
-    /// The node of each tile.
-    leaves: Vec<u32>,
-    links: Vec<Link>,
     merge_vertices: usize,
+    threads: usize,
+    /// The nodes of the blocks in the tree.
+    block_nodes: Vec<u32>,
 }
 
 /// The place of a node below its parent.
 #[derive(Clone, Copy)]
-struct Link {
+struct Node {
     parent: u32,
     is_right: bool,
     children: [u32; 2],
+    cell: Rect,
+    /// The block that it belongs to; none above the blocks.
+    block: Option<u32>,
+}
+
+/// Where a task belongs.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub(super) cell: Rect,
+    /// The block; none above the blocks.
+    pub(super) block: Option<u32>,
+    /// Whether it is all of the block.
+    pub(super) is_block: bool,
 }
 
 const ROOT: u32 = 0;
 
-#[derive(Default)]
 struct State {
-    next_leaf: usize,
-    merges: Vec<Task>,
-    /// For each inner node, the seams that its children have handed up.
+    /// Those above the blocks, then those of the blocks that were divided.
+    nodes: Vec<Node>,
+    /// For each node, the seams that its children have handed up.
     arrived: Vec<[Option<Vec<Seam>>; 2]>,
+    merges: Vec<Task>,
+    /// Blocks that wait to be divided, in order.
+    loaded: VecDeque<BlockPoints>,
+    dividing: bool,
+    /// Blocks with leaves that nobody has taken yet.
+    divided: VecDeque<Leaves>,
+    /// Tiles of the blocks that were divided or finished before.
+    tiles: u32,
+    /// Blocks that have not arrived yet.
+    to_come: usize,
     running: usize,
+    /// Bytes of all seams that wait or are being merged.
+    seam_bytes: u64,
+    /// The time that threads had nothing to do because a block was not there.
+    starved: Duration,
     stopped: bool,
+    /// Blocks are divided, and nothing else happens.
+    only_divide: bool,
+}
+
+/// Leaves of a block, with their nodes and points.
+struct Leaves {
+    block: Arc<BlockPoints>,
+    first_tile: u32,
+    leaves: VecDeque<(u32, Range<usize>)>,
+    taken: u32,
 }
 
 impl Board {
-    pub(super) fn new(tree: &KdTree, merge_vertices: usize) -> Self {
-        let nodes = tree.nodes();
-        let mut links = vec![
-            Link {
-                parent: ROOT,
-                is_right: false,
-                children: [0; 2],
-            };
-            nodes.len()
-        ];
-        let mut leaves = Vec::new();
-        for (number, node) in (0u32..).zip(nodes) {
-            match *node {
-                KdNode::X { right, .. } | KdNode::Y { right, .. } => {
-                    let children = [number + 1, right];
-                    links[number as usize].children = children;
-                    for (child, is_right) in children.into_iter().zip([false, true]) {
-                        links[child as usize].parent = number;
-                        links[child as usize].is_right = is_right;
-                    }
-                }
-                KdNode::Leaf(_) => leaves.push(number),
+    /// A board for the blocks that are the leaves of a tree.
+    pub(super) fn new(top: &KdTree, merge_vertices: usize, threads: usize) -> Self {
+        let mut nodes = Vec::new();
+        add_nodes(&mut nodes, top, Rect::PLANE, None);
+        let mut block_nodes = Vec::new();
+        for (number, node) in (0u32..).zip(top.nodes()) {
+            if let KdNode::Leaf(_) = node {
+                nodes[number as usize].block = Some(block_nodes.len() as u32);
+                block_nodes.push(number);
             }
         }
         Self {
             state: Mutex::new(State {
                 arrived: nodes.iter().map(|_| [None, None]).collect(),
-                ..State::default()
+                nodes,
+                merges: Vec::new(),
+                loaded: VecDeque::new(),
+                dividing: false,
+                divided: VecDeque::new(),
+                tiles: 0,
+                to_come: block_nodes.len(),
+                running: 0,
+                seam_bytes: 0,
+                starved: Duration::ZERO,
+                stopped: false,
+                only_divide: false,
             }),
             changed: Condvar::new(),
-            leaves,
-            links,
             merge_vertices,
+            threads,
+            block_nodes,
         }
+    }
+
+    /// Takes a block; they must come in order.
+    pub(super) fn add(&self, block: BlockPoints) {
+        let mut state = self.state.lock();
+        state.to_come -= 1;
+        state.loaded.push_back(block);
+        self.changed.notify_all();
+    }
+
+    /// Takes the seam of a block that a build before has finished, in the block's turn.
+    pub(super) fn restore(&self, block: u32, tiles: u32, seam: Seam) {
+        let mut state = self.state.lock();
+        state.to_come -= 1;
+        state.tiles += tiles;
+        state.seam_bytes += seam.byte_size();
+        self.hand_up(&mut state, self.block_nodes[block as usize], vec![seam]);
+        self.changed.notify_all();
+    }
+
+    /// A block was divided. Returns its first tile; `prepare` is called with it before anybody gets a leaf.
+    pub(super) fn divided(&self, block: BlockPoints, division: Division, prepare: impl FnOnce(u32)) {
+        let mut state = self.state.lock();
+        let first_tile = state.tiles;
+        let root = self.block_nodes[block.number as usize];
+        let cell = state.nodes[root as usize].cell;
+        let first_node = state.nodes.len() as u32;
+        let number = block.number;
+        // The root of the block's tree is there already; the others come behind all nodes.
+        let place = |node: u32| if node == 0 { root } else { first_node + node - 1 };
+        let mut inner = Vec::new();
+        add_nodes(&mut inner, &division.tree, cell, Some(number));
+        for node in &mut inner {
+            node.parent = place(node.parent);
+            node.children = node.children.map(place);
+        }
+        let Node { parent, is_right, .. } = state.nodes[root as usize];
+        inner[0].parent = parent;
+        inner[0].is_right = is_right;
+        state.nodes[root as usize] = inner[0];
+        state.nodes.extend_from_slice(&inner[1..]);
+        let count = state.nodes.len();
+        state.arrived.resize_with(count, || [None, None]);
+        let numbers = (0u32..).zip(division.tree.nodes());
+        let leaves = numbers.filter(|(_, node)| matches!(node, KdNode::Leaf(_)));
+        let leaves: VecDeque<_> = leaves.map(|(n, _)| place(n)).zip(division.leaves).collect();
+        state.tiles += leaves.len() as u32;
+        prepare(first_tile);
+        if !state.only_divide {
+            state.divided.push_back(Leaves {
+                block: Arc::new(block),
+                first_tile,
+                leaves,
+                taken: 0,
+            });
+        }
+        state.dividing = false;
+        state.running -= 1;
+        self.changed.notify_all();
     }
 
     /// The next task; waits for one if others may still make some. None: there will be no more.
@@ -102,48 +224,113 @@ impl Board {
             if state.stopped {
                 return None;
             }
-            if let Some(merge) = state.merges.pop() {
+            if let Some(task) = self.next(&mut state) {
                 state.running += 1;
-                return Some(merge);
+                return Some(task);
             }
-            if let Some(&node) = self.leaves.get(state.next_leaf) {
-                let tile = TileId(state.next_leaf as u32);
-                state.next_leaf += 1;
-                state.running += 1;
-                return Some(Task::Leaf { node, tile });
-            }
-            if state.running == 0 {
+            let starving = state.to_come > 0;
+            if state.running == 0 && !starving {
                 return None;
             }
+            let began = Instant::now();
             self.changed.wait(&mut state);
+            if starving {
+                state.starved += began.elapsed();
+            }
         }
     }
 
-    /// A task is done; its node has this seam.
-    pub(super) fn done(&self, node: u32, seam: Seam) {
+    /// From here on blocks are divided, and nothing else is done.
+    pub(super) fn only_divide(&self) {
+        let mut state = self.state.lock();
+        state.only_divide = true;
+        state.divided.clear();
+        state.merges.clear();
+    }
+
+    fn next(&self, state: &mut State) -> Option<Task> {
+        if let Some(merge) = state.merges.pop() {
+            return Some(merge);
+        }
+        if !state.dividing
+            && let Some(block) = state.loaded.pop_front()
+        {
+            state.dividing = true;
+            let idle = state.divided.is_empty() && state.running == 0;
+            let threads = if idle { self.threads } else { self.threads.div_ceil(4) };
+            return Some(Task::Divide { block, threads });
+        }
+        let leaves = state.divided.front_mut()?;
+        let (node, points) = leaves.leaves.pop_front()?;
+        let task = Task::Leaf {
+            node,
+            tile: TileId(leaves.first_tile + leaves.taken),
+            block: Arc::clone(&leaves.block),
+            points,
+        };
+        leaves.taken += 1;
+        if leaves.leaves.is_empty() {
+            state.divided.pop_front();
+        }
+        Some(task)
+    }
+
+    /// Where a node belongs.
+    pub(super) fn place(&self, node: u32) -> Place {
+        let state = self.state.lock();
+        let Node { cell, block, .. } = state.nodes[node as usize];
+        Place {
+            cell,
+            block,
+            is_block: block.is_some_and(|block| self.block_nodes[block as usize] == node),
+        }
+    }
+
+    /// A task is done; its node has this seam, made of seams of so many bytes. Returns the bytes of all seams, and the
+    /// most seam vertices that a merge takes in next.
+    pub(super) fn done(&self, node: u32, seam: Seam, merged_bytes: u64) -> (u64, usize) {
         let mut state = self.state.lock();
         state.running -= 1;
+        state.seam_bytes += seam.byte_size();
+        state.seam_bytes -= merged_bytes;
         self.hand_up(&mut state, node, vec![seam]);
         self.changed.notify_all();
+        let vertices = state.merges.iter().map(|task| match task {
+            Task::Merge { seams, .. } => total(seams),
+            _ => 0,
+        });
+        (state.seam_bytes, vertices.max().unwrap_or(0))
+    }
+
+    /// The time that threads had nothing to do because a block was not there.
+    pub(super) fn starved(&self) -> Duration {
+        self.state.lock().starved
     }
 
     /// Ends all: nobody gets another task.
     pub(super) fn stop(&self) {
-        self.state.lock().stopped = true;
+        let mut state = self.state.lock();
+        state.stopped = true;
+        // Blocks that nobody will take must not keep their memory.
+        state.loaded.clear();
+        state.divided.clear();
         self.changed.notify_all();
     }
 
     fn hand_up(&self, state: &mut State, mut node: u32, mut seams: Vec<Seam>) {
-        let total = |seams: &[Seam]| seams.iter().map(|seam| seam.vertices.len()).sum::<usize>();
+        if state.only_divide {
+            return;
+        }
         while node != ROOT {
-            let Link { parent, is_right, .. } = self.links[node as usize];
+            let Node { parent, is_right, .. } = state.nodes[node as usize];
+            let Node { children, block, .. } = state.nodes[parent as usize];
             let arrived = &mut state.arrived[parent as usize];
             arrived[usize::from(is_right)] = Some(seams);
             let [Some(left), Some(right)] = arrived else { return };
             let fits = total(left) + total(right) <= self.merge_vertices;
             if !fits && (left.len() > 1 || right.len() > 1) {
                 // Shrink the sides first; they come back as one seam each.
-                for (side, child) in arrived.iter_mut().zip(self.links[parent as usize].children) {
+                for (side, child) in arrived.iter_mut().zip(children) {
                     if side.as_ref().is_some_and(|seams| seams.len() > 1) {
                         let seams = side.take().unwrap_or_default();
                         state.merges.push(Task::Merge { node: child, seams });
@@ -154,7 +341,8 @@ impl Board {
             let mut both = left.split_off(0);
             both.append(right);
             *arrived = [None, None];
-            if parent == ROOT || !fits {
+            let is_block = block.is_some_and(|block| self.block_nodes[block as usize] == parent);
+            if parent == ROOT || is_block || !fits {
                 state.merges.push(Task::Merge {
                     node: parent,
                     seams: both,
@@ -162,6 +350,31 @@ impl Board {
                 return;
             }
             (node, seams) = (parent, both);
+        }
+    }
+}
+
+fn total(seams: &[Seam]) -> usize {
+    seams.iter().map(|seam| seam.vertices.len()).sum()
+}
+
+/// Adds the nodes of a tree whose root has this cell, numbered from 0.
+fn add_nodes(nodes: &mut Vec<Node>, tree: &KdTree, cell: Rect, block: Option<u32>) {
+    nodes.extend(tree.node_cells_within(cell).into_iter().map(|cell| Node {
+        parent: ROOT,
+        is_right: false,
+        children: [ROOT; 2],
+        cell,
+        block,
+    }));
+    for (number, node) in (0u32..).zip(tree.nodes()) {
+        if let KdNode::X { right, .. } | KdNode::Y { right, .. } = *node {
+            let children = [number + 1, right];
+            nodes[number as usize].children = children;
+            for (child, is_right) in children.into_iter().zip([false, true]) {
+                nodes[child as usize].parent = number;
+                nodes[child as usize].is_right = is_right;
+            }
         }
     }
 }

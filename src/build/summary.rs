@@ -25,6 +25,12 @@ pub struct BuildSummary {
     pub file_bytes: u64,
     /// The phases, in order.
     pub phases: Vec<PhaseSummary>,
+    /// Blocks that the points were distributed to; 1 if all were in memory.
+    pub blocks: u64,
+    /// Of these, blocks that a build before this one had finished.
+    pub resumed_blocks: u64,
+    /// Who waited for whom.
+    pub waits: Waits,
     /// The levels of the merge tree: the leaves first, the root last.
     pub levels: Vec<LevelSummary>,
     /// The largest resident size of the process so far, in bytes, where the system tells.
@@ -45,7 +51,7 @@ pub struct PhaseSummary {
 }
 
 /// One level of the merge tree.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LevelSummary {
     /// Nodes of this level.
     pub nodes: u64,
@@ -55,4 +61,25 @@ pub struct LevelSummary {
     pub settled: u64,
     /// Vertices that they handed up.
     pub seam_vertices: u64,
+}
+
+impl LevelSummary {
+    /// Adds what others of this level have.
+    pub(super) fn add(&mut self, other: Self) {
+        self.nodes += other.nodes;
+        self.vertices += other.vertices;
+        self.settled += other.settled;
+        self.seam_vertices += other.seam_vertices;
+    }
+}
+
+/// Who waited for whom while blocks were conquered and merged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Waits {
+    /// The time that computing threads were idle because no block was in memory, summed over the threads.
+    pub computing_for_blocks: Duration,
+    /// The time that computing threads waited for tiles to be written, summed over the threads.
+    pub computing_for_writing: Duration,
+    /// The time that the next block was not read because those before took its memory.
+    pub blocks_for_computing: Duration,
 }

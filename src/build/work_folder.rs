@@ -1,30 +1,49 @@
 //! The folder `OUT.partial/`, in which a file is completed before it gets its name.
+//!
+//! ```text
+//! lock      held while a build works here
+//! tiles     the file that will be OUT
+//! plan      the blocks, once all points came in          ┐ of a build that outgrew the memory and
+//! journal   those that are finished                      ┘ whose inputs can be read again
+//! run-…     points of blocks that are not finished       ┐ here, or in a folder of their own where
+//! borders   what the borders of tiles will be made of    ┘ the build was told to spill to
+//! ```
 
 use std::ffi::OsString;
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use xxhash_rust::xxh3::xxh3_64;
 
 use super::BuildError;
 
 const LOCK: &str = "lock";
 const TILES: &str = "tiles";
+const PLAN: &str = "plan";
+const JOURNAL: &str = "journal";
+const BORDERS: &str = "borders";
+const RUN: &str = "run-";
 
-/// A locked work folder; it goes away with this value.
+/// A locked work folder; it goes away with this value, unless it is kept.
 #[derive(Debug)]
 pub(super) struct WorkFolder {
     path: PathBuf,
+    /// Where work is spilled to.
+    spill: PathBuf,
     output: PathBuf,
+    keep: AtomicBool,
     /// Held, so that the lock lasts.
     _lock: File,
 }
 
 impl WorkFolder {
-    /// Makes the folder, or takes over one that a dead build left, after emptying it.
+    /// Makes the folder, or takes over one that a dead build left. What is in that stays only if it is to be resumed.
     ///
     /// A folder with anything in it that no build leaves there is not touched.
-    pub(super) fn create(output: &Path, force: bool) -> Result<Self, BuildError> {
+    pub(super) fn create(output: &Path, tmp: Option<&Path>, force: bool, resume: bool) -> Result<Self, BuildError> {
         if output.is_dir() || output.file_name().is_none() {
             return Err(BuildError::io(
                 output,
@@ -38,27 +57,58 @@ impl WorkFolder {
         let mut name = OsString::from(output);
         name.push(".partial");
         let path = PathBuf::from(name);
+        let spill = match tmp {
+            None => path.clone(),
+            Some(tmp) => spill_folder(tmp, output)?,
+        };
         // A build that ends removes its folder and unlocks: whoever locked what it removed must try again.
         for _ in 0..100 {
-            if let Some(lock) = lock(&path)? {
-                let this = Self {
-                    output: output.to_owned(),
-                    path,
-                    _lock: lock,
-                };
+            let Some(lock) = lock(&path)? else { continue };
+            let this = Self {
+                path,
+                spill,
+                output: output.to_owned(),
+                keep: AtomicBool::new(false),
+                _lock: lock,
+            };
+            if this.spill != this.path {
+                match fs::create_dir(&this.spill) {
+                    Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+                        if !is_ours(&this.spill).unwrap_or(false) {
+                            return Err(BuildError::NotOurs(this.spill.clone()));
+                        }
+                    }
+                    made => made.map_err(|error| BuildError::io(&this.spill, "make the folder to spill to", error))?,
+                }
+            }
+            if !resume {
                 this.empty()
                     .map_err(|e| BuildError::io(&this.path, "empty the work folder", e))?;
-                return Ok(this);
             }
+            return Ok(this);
         }
         Err(BuildError::Locked(path))
     }
 
-    fn empty(&self) -> io::Result<()> {
-        match fs::remove_file(self.file()) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-            _ => Ok(()),
+    /// Removes all that a build before has left.
+    pub(super) fn empty(&self) -> io::Result<()> {
+        for folder in [&self.path, &self.spill] {
+            for entry in fs::read_dir(folder)? {
+                let entry = entry?;
+                if entry.file_name() != LOCK {
+                    match fs::remove_file(entry.path()) {
+                        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+                        _ => {}
+                    }
+                }
+            }
         }
+        Ok(())
+    }
+
+    /// Whether the folder outlives this value.
+    pub(super) fn keep(&self, keep: bool) {
+        self.keep.store(keep, Ordering::Relaxed);
     }
 
     /// The folder.
@@ -66,15 +116,36 @@ impl WorkFolder {
         &self.path
     }
 
+    /// Where work is spilled to.
+    pub(super) fn spill(&self) -> &Path {
+        &self.spill
+    }
+
     /// Where the file is completed.
     pub(super) fn file(&self) -> PathBuf {
         self.path.join(TILES)
     }
 
-    /// Gives the completed file its name and removes the folder.
-    pub(super) fn publish(self) -> Result<(), BuildError> {
+    /// Where the blocks stand.
+    pub(super) fn plan(&self) -> PathBuf {
+        self.path.join(PLAN)
+    }
+
+    /// Where the finished blocks stand.
+    pub(super) fn journal(&self) -> PathBuf {
+        self.path.join(JOURNAL)
+    }
+
+    /// Where the border log is spilled to.
+    pub(super) fn borders(&self) -> PathBuf {
+        self.spill.join(BORDERS)
+    }
+
+    /// Gives the completed file its name; the folder goes away.
+    pub(super) fn publish(&self) -> Result<(), BuildError> {
         let output = &self.output;
         fs::rename(self.file(), output).map_err(|e| BuildError::io(output, "rename the finished file to", e))?;
+        self.keep(false);
         let folder = match output.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
@@ -87,10 +158,28 @@ impl WorkFolder {
 
 impl Drop for WorkFolder {
     fn drop(&mut self) {
-        if let Err(error) = fs::remove_dir_all(&self.path) {
-            tracing::warn!(folder = %self.path.display(), %error, "the work folder could not be removed");
+        if self.keep.load(Ordering::Relaxed) {
+            return;
+        }
+        let mut folders = vec![&self.path];
+        if self.spill != self.path {
+            folders.push(&self.spill);
+        }
+        for folder in folders {
+            if let Err(error) = fs::remove_dir_all(folder) {
+                tracing::warn!(folder = %folder.display(), %error, "the work folder could not be removed");
+            }
         }
     }
+}
+
+/// The folder in `tmp` for the work on an output: always the same, and no other output's.
+fn spill_folder(tmp: &Path, output: &Path) -> Result<PathBuf, BuildError> {
+    let output = std::path::absolute(output).map_err(|error| BuildError::io(output, "find", error))?;
+    let hash = xxh3_64(output.as_os_str().as_encoded_bytes());
+    let mut name = output.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{hash:016x}.partial"));
+    Ok(tmp.join(name))
 }
 
 /// Makes the folder, or takes over one that holds nothing but what a build leaves, and locks it. None: another build removed it
@@ -127,7 +216,11 @@ fn is_ours(path: &Path) -> io::Result<bool> {
     }
     for entry in fs::read_dir(path)? {
         let entry = entry?;
-        if !(entry.file_name() == LOCK || entry.file_name() == TILES) || !entry.file_type()?.is_file() {
+        let name = entry.file_name();
+        let name = name.to_str().unwrap_or_default();
+        let is_run = name.strip_prefix(RUN).is_some_and(|number| number.parse::<u32>().is_ok());
+        let is_known = [LOCK, TILES, PLAN, "plan.new", JOURNAL, BORDERS].contains(&name);
+        if !(is_run || is_known) || !entry.file_type()?.is_file() {
             return Ok(false);
         }
     }

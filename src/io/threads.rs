@@ -54,6 +54,14 @@ impl ThreadsFile {
     }
 }
 
+impl From<Arc<File>> for ThreadsFile {
+    /// A file that was opened elsewhere; what is read from it is at most what was in it then.
+    fn from(file: Arc<File>) -> Self {
+        let length = file.metadata().map_or(0, |metadata| metadata.len());
+        Self { file, length }
+    }
+}
+
 impl ReadAt for ThreadsFile {
     fn length(&self) -> u64 {
         self.length

@@ -80,6 +80,51 @@ impl KdTree {
         self.tiles
     }
 
+    /// How many cuts lie above the lowest leaf.
+    pub(crate) fn depth(&self) -> usize {
+        let mut depths = vec![0; self.nodes.len()];
+        for (number, node) in self.nodes.iter().enumerate() {
+            if let KdNode::X { right, .. } | KdNode::Y { right, .. } = *node {
+                let below = depths[number] + 1;
+                (depths[number + 1], depths[right as usize]) = (below, below);
+            }
+        }
+        depths.into_iter().max().unwrap_or(0)
+    }
+
+    /// The tree with another in the place of each leaf; the leaves of these are numbered anew, from left to right.
+    pub(crate) fn with_leaves_cut(&self, subtrees: &[Self]) -> Self {
+        fn graft(tree: &KdTree, from: u32, subtrees: &[KdTree], out: &mut Vec<KdNode>, tiles: &mut u32) {
+            match tree.nodes[from as usize] {
+                node @ (KdNode::X { right, .. } | KdNode::Y { right, .. }) => {
+                    let place = out.len();
+                    out.push(node);
+                    graft(tree, from + 1, subtrees, out, tiles);
+                    let moved = out.len() as u32;
+                    if let KdNode::X { right, .. } | KdNode::Y { right, .. } = &mut out[place] {
+                        *right = moved;
+                    }
+                    graft(tree, right, subtrees, out, tiles);
+                }
+                KdNode::Leaf(leaf) => {
+                    let (first, before) = (out.len() as u32, *tiles);
+                    let subtree = &subtrees[leaf.0 as usize];
+                    out.extend(subtree.nodes.iter().map(|&node| match node {
+                        KdNode::X { cut, right } => KdNode::X { cut, right: right + first },
+                        KdNode::Y { cut, right } => KdNode::Y { cut, right: right + first },
+                        KdNode::Leaf(tile) => KdNode::Leaf(TileId(before + tile.0)),
+                    }));
+                    *tiles += subtree.tiles;
+                }
+            }
+        }
+        let (mut nodes, mut tiles) = (Vec::new(), 0);
+        if !self.nodes.is_empty() {
+            graft(self, 0, subtrees, &mut nodes, &mut tiles);
+        }
+        Self { nodes, tiles }
+    }
+
     /// The tile whose cell contains `p`, or none if there are no tiles.
     #[must_use]
     pub fn tile_at(&self, p: Point) -> Option<TileId> {
@@ -108,7 +153,12 @@ impl KdTree {
     /// The cell of every node, in preorder. Outer sides are infinite.
     #[must_use]
     pub fn node_cells(&self) -> Vec<Rect> {
-        let mut cells = vec![Rect::PLANE; self.nodes.len()];
+        self.node_cells_within(Rect::PLANE)
+    }
+
+    /// The cell of every node, in preorder, if the root's is this one.
+    pub(crate) fn node_cells_within(&self, root: Rect) -> Vec<Rect> {
+        let mut cells = vec![root; self.nodes.len()];
         for (number, node) in self.nodes.iter().enumerate() {
             let cell = cells[number];
             let (mut low, mut high) = (cell, cell);
@@ -161,6 +211,18 @@ mod tests {
         assert_eq!([at(1.0, 9.0), at(1.5, 5.0), at(1.5, 5.5)], [0, 1, 2]);
         assert_eq!(tree.cells()[1], Rect::new(1.0, f64::NEG_INFINITY, f64::INFINITY, 5.0));
         assert_eq!(KdTree::default().tile_at(Point::new(0.0, 0.0)), None);
+    }
+
+    #[test]
+    fn leaves_are_cut() {
+        let top = KdTree::new(tree()).unwrap();
+        let leaf = KdTree::new(vec![KdNode::Leaf(TileId(0))]).unwrap();
+        let whole = top.with_leaves_cut(&[leaf.clone(), top.clone(), leaf]);
+        assert_eq!(KdTree::new(whole.nodes().to_vec()), Ok(whole.clone()));
+        assert_eq!((whole.tiles(), whole.depth(), top.depth()), (5, 4, 2));
+        // Left of the upper tree's second leaf's cuts.
+        assert_eq!(whole.tile_at(Point::new(1.5, 4.0)), Some(TileId(2)));
+        assert_eq!(whole.tile_at(Point::new(1.5, 6.0)), Some(TileId(4)));
     }
 
     #[test]

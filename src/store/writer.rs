@@ -23,10 +23,15 @@ pub(crate) struct TileWriter<W> {
 impl<W: WriteAt> TileWriter<W> {
     /// Starts a file.
     pub(crate) fn new(file: W) -> Self {
+        Self::behind(file, FIRST_EXTENT)
+    }
+
+    /// Goes on with a file behind the cores that end at `length`.
+    pub(crate) fn behind(file: W, length: u64) -> Self {
         Self {
             file,
             pending: BytesMut::new(),
-            written: FIRST_EXTENT,
+            written: length,
         }
     }
 
@@ -74,7 +79,8 @@ impl<W: WriteAt> TileWriter<W> {
         })
     }
 
-    async fn flush(&mut self) -> io::Result<()> {
+    /// Writes what was gathered.
+    pub(crate) async fn flush(&mut self) -> io::Result<()> {
         if self.pending.is_empty() {
             return Ok(());
         }

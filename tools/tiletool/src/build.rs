@@ -7,7 +7,7 @@ use std::thread::available_parallelism;
 
 use bytesize::ByteSize;
 use clap::Args;
-use delaunay_tiles::build::{BuildOptions, BuildSummary, Builder, Duplicates, Phase};
+use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates, Phase};
 use delaunay_tiles::input::{InputCounts, PointBatch, PointSource};
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::Source;
@@ -51,6 +51,9 @@ pub struct BuildArgs {
     /// The folder to spill work to; by default one beside the output
     #[arg(long, value_name = "DIR")]
     tmp: Option<PathBuf>,
+    /// Go on with a build that was interrupted, from the last finished block
+    #[arg(long)]
+    resume: bool,
     /// Replace the output if it exists
     #[arg(long)]
     force: bool,

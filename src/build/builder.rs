@@ -1,0 +1,555 @@
+//! The builder: takes points, and makes a file of them.
+
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use futures::future;
+use parking_lot::Mutex;
+use tokio::sync::{mpsc, oneshot};
+
+use super::border_log::BorderLog;
+use super::budget::{self, Shares};
+use super::conquest::{Conquest, ConquestLimits};
+use super::intake::{Intake, Points};
+use super::journal::{JournalReader, SavedPlan};
+use super::output::{Journal, Output};
+use super::pipeline;
+use super::point_store::PointStore;
+use super::prefetch::{self, Prefetched};
+use super::schedule::{BlockPoints, Board};
+use super::spill::{Block, Plan};
+use super::summary::{LevelSummary, PhaseSummary, Waits};
+use super::work_folder::WorkFolder;
+use super::{BuildError, BuildOptions, BuildSummary, Description, GENERATION, Phase, TileState, peak_memory};
+use crate::geometry::{Point, Rect};
+use crate::input::PointBatch;
+use crate::io::ThreadsFile;
+use crate::store::{Directory, Extent, KdNode, KdTree, Metadata, TileEntry, TileId};
+
+/// Builds a tile file from batches of points.
+///
+/// Until [`finish`](Self::finish) has succeeded, nothing stands under the output's name; work lies in `OUT.partial/`,
+/// which goes away with the builder, unless the build can be [resumed](BuildOptions::resumable).
+#[derive(Debug)]
+pub struct Builder {
+    options: Arc<BuildOptions>,
+    folder: Arc<WorkFolder>,
+    output: PathBuf,
+    intake: Intake,
+    points: u64,
+    has_z: bool,
+    description: Description,
+    began: Instant,
+}
+
+impl Builder {
+    /// Starts a build, or goes on with one.
+    ///
+    /// # Errors
+    /// If an option is out of range, the output exists and is not to be replaced, its folder cannot be written, or what is to
+    /// be resumed was another build's.
+    pub fn new(output: impl AsRef<Path>, options: BuildOptions) -> Result<Self, BuildError> {
+        options.check()?;
+        let output = output.as_ref().to_owned();
+        let tmp = options.work_folder.as_deref();
+        let folder = WorkFolder::create(&output, tmp, options.force, options.resume)?;
+        let mut this = Self {
+            options: Arc::new(options),
+            folder: Arc::new(folder),
+            output,
+            intake: Intake::new(),
+            points: 0,
+            has_z: false,
+            description: Description::default(),
+            began: Instant::now(),
+        };
+        if this.options.resume {
+            // Whatever is wrong with it, what is there stays there.
+            this.folder.keep(true);
+            this.resume()?;
+            this.folder.keep(false);
+        }
+        this.options.progress.start(Phase::Read, 0);
+        Ok(this)
+    }
+
+    /// Takes up what a build before has left; if that is nothing to go on from, it goes away.
+    fn resume(&mut self) -> Result<(), BuildError> {
+        let folder = &self.folder;
+        let cannot = |error| BuildError::io(folder.path(), "resume the work in", error);
+        match SavedPlan::load(&folder.plan()).map_err(cannot)? {
+            Some(saved) => {
+                let mine = self.options.identity();
+                if let Some((left, _)) = saved.identity.lines().zip(mine.lines()).find(|(a, b)| a != b) {
+                    return Err(BuildError::OtherBuild {
+                        path: folder.path().to_owned(),
+                        what: left.to_owned(),
+                    });
+                }
+                self.points = saved.plan.points;
+                self.has_z = saved.plan.has_z;
+                self.description = saved.description.clone();
+                self.intake = Intake::Resumed(Box::new(saved));
+                Ok(())
+            }
+            None => folder.empty().map_err(cannot),
+        }
+    }
+
+    /// Whether points are to be pushed; not if a build goes on that had them all.
+    #[must_use]
+    pub fn needs_points(&self) -> bool {
+        !matches!(self.intake, Intake::Resumed(_))
+    }
+
+    /// What [`describe`](Self::describe) noted, perhaps in the build before.
+    #[must_use]
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
+    /// Notes where the points come from and in which coordinate reference system, as metadata.
+    pub fn describe(&mut self, description: Description) {
+        self.description = description;
+    }
+
+    /// Tells about how many points will come, and of some of them where they lie, before the first one is pushed. It need not
+    /// be right: it saves work where it is.
+    ///
+    /// # Errors
+    /// If there is not enough room on the disk for so many points, or the memory is too small for any work.
+    pub fn expect(&mut self, points: u64, sample: Vec<Point>) -> Result<(), BuildError> {
+        budget::check_disk(&self.folder, points, 0, false)?;
+        self.intake.expect(points, sample, &self.options, &self.folder)
+    }
+
+    /// Takes a batch of points.
+    ///
+    /// # Errors
+    /// If a point is [not valid](crate::geometry::Point::is_valid) or a z not finite, the batch's arrays are not equally
+    /// long, points cannot be spilled, or the build was cancelled.
+    pub async fn push(&mut self, batch: &PointBatch) -> Result<(), BuildError> {
+        let pushed = self.try_push(batch).await;
+        self.keep_after(pushed)
+    }
+
+    async fn try_push(&mut self, batch: &PointBatch) -> Result<(), BuildError> {
+        if self.options.progress.is_cancelled() {
+            return Err(BuildError::Cancelled);
+        }
+        let (points, z, records) = (batch.points.len(), batch.z.len(), batch.records.len());
+        if records != points || !(z == points || z == 0) {
+            return Err(BuildError::Batch { points, z, records });
+        }
+        if let Some((&z, &record)) = batch.z.iter().zip(&batch.records).find(|(z, _)| !z.is_finite()) {
+            return Err(BuildError::InvalidZ { record, z });
+        }
+        let invalid = batch.points.iter().zip(&batch.records).find(|(p, _)| !p.is_valid());
+        if let Some((&point, &record)) = invalid {
+            return Err(BuildError::InvalidPoint { record, point });
+        }
+        self.intake.push(batch, &self.options, &self.folder).await?;
+        self.has_z |= !batch.z.is_empty();
+        let points = points as u64;
+        self.points += points;
+        self.options.progress.advance(points, points);
+        Ok(())
+    }
+
+    /// Builds the file and gives it its name. Must be awaited within a tokio runtime; computing happens on threads of its
+    /// own.
+    ///
+    /// # Errors
+    /// If something cannot be written, duplicates were to be an error, there is too little memory or room on the disk, or the
+    /// build was cancelled.
+    pub async fn finish(mut self) -> Result<BuildSummary, BuildError> {
+        let built = self.build().await;
+        self.keep_after(built)
+    }
+
+    /// What was done stays where a build that can be resumed was stopped from without.
+    fn keep_after<T>(&self, result: Result<T, BuildError>) -> Result<T, BuildError> {
+        if let Err(BuildError::Cancelled | BuildError::Io { .. } | BuildError::Disk { .. }) = result {
+            self.folder.keep(self.options.resumable.is_some());
+        }
+        result
+    }
+
+    async fn build(&mut self) -> Result<BuildSummary, BuildError> {
+        let is_resumed = !self.needs_points();
+        let intake = std::mem::replace(&mut self.intake, Intake::new());
+        let (plan, store) = match intake.finish().await? {
+            Points::Memory(store) => (in_memory(&store), Some(store)),
+            Points::Runs(plan) => (plan, None),
+        };
+        if self.options.progress.is_cancelled() {
+            return Err(BuildError::Cancelled);
+        }
+        let shares = match &store {
+            Some(store) => budget::shares_in_memory(&self.options, store.byte_size()),
+            None => budget::shares(&self.options, plan.points, plan.has_z)?,
+        };
+        let has_journal = store.is_none() && self.options.resumable.is_some();
+        let mut finished = FinishedBlocks::default();
+        if is_resumed {
+            budget::check_blocks(&self.options, &plan, shares)?;
+            finished = FinishedBlocks::read(&self.folder)?;
+        }
+        let run_bytes = plan.blocks.iter().flat_map(|block| &block.runs).map(|run| run.length).sum();
+        budget::check_disk(&self.folder, plan.points - finished.points, run_bytes, plan.has_z)?;
+        if has_journal && !is_resumed {
+            let saved = SavedPlan {
+                identity: self.options.identity(),
+                description: self.description.clone(),
+                plan: plan.clone(),
+            };
+            let path = self.folder.plan();
+            saved.save(&path).map_err(|error| BuildError::io(&path, "write", error))?;
+        }
+        let parts = Parts {
+            plan,
+            store,
+            shares,
+            finished,
+            has_journal,
+        };
+        self.build_parts(parts).await
+    }
+
+    async fn build_parts(&mut self, parts: Parts) -> Result<BuildSummary, BuildError> {
+        let Parts {
+            plan,
+            store,
+            shares,
+            finished,
+            has_journal,
+        } = parts;
+        let path = self.folder.file();
+        let cannot = |error| BuildError::io(&path, "make the file", error);
+        let file = ThreadsFile::from(Arc::new(open(&path, finished.file_length).map_err(cannot)?));
+        let log_path = self.folder.borders();
+        let log_file = open(&log_path, finished.log_length);
+        let log_file = Arc::new(log_file.map_err(|error| BuildError::io(&log_path, "make the border log", error))?);
+        let log = BorderLog::new(
+            Arc::clone(&log_file),
+            finished.log_length,
+            shares.border_log,
+            self.options.tile_vertices,
+        );
+        let blocks = Arc::new(plan.blocks);
+        let journal = has_journal.then(|| self.journal(&finished, log_file, &blocks)).transpose()?;
+        let limits = ConquestLimits {
+            points: plan.points,
+            seam_bytes: shares.seams,
+            has_journal,
+        };
+        let merge_vertices = self.options.merge_vertices.min(shares.merge_vertices);
+        let conquest = Arc::new(Conquest {
+            board: Board::new(&plan.tree, merge_vertices, shares.threads),
+            options: (*self.options).clone(),
+            spill: self.folder.spill().to_owned(),
+            log: Mutex::new(log),
+            found: Mutex::default(),
+            limits,
+        });
+        let first_tile = finished.cores.len() as u32;
+        let resumed_blocks = finished.blocks;
+        let mut output = Output::new(file, path.clone(), finished.cores, journal, resumed_blocks);
+
+        let (sender, extents) = mpsc::channel(shares.threads);
+        let (reply, computed) = oneshot::channel();
+        // The thread holds the folder's lock too: it may outlive this future.
+        let (theirs, folder) = (Arc::clone(&conquest), Arc::clone(&self.folder));
+        let compute = move || {
+            let computed = pipeline::run(&theirs, first_tile, shares.threads, &sender);
+            drop((sender, folder));
+            // If nobody waits for the answer any more, nobody needs it.
+            let _ = reply.send(computed);
+        };
+        let thread = thread::Builder::new().name("tile-build".to_owned());
+        thread
+            .spawn(compute)
+            .map_err(|error| BuildError::io(&path, "start a thread to build", error))?;
+
+        let feed = async {
+            let fed = self.feed(&conquest, store, &blocks, resumed_blocks, shares, plan.has_z).await;
+            fed.unwrap_or_else(|error| {
+                conquest.fail(error);
+                Prefetched::default()
+            })
+        };
+        let write = async {
+            let written = output.write_all(extents).await;
+            if written.is_err() {
+                // The channel is closed now, which stops the threads that send. The others, and the feeding, stop here.
+                conquest.board.stop();
+            }
+            written
+        };
+        let (prefetched, written) = future::join(feed, write).await;
+        written?;
+        let gone = || BuildError::Internal("the building thread is gone".to_owned());
+        let (tiles, began) = computed.await.unwrap_or_else(|_| Err(gone()))?;
+
+        let found = std::mem::take(&mut *conquest.found.lock());
+        let trees: Vec<KdTree> = found.blocks.iter().map(|block| block.tree.clone()).collect();
+        let tree = plan.tree.with_leaves_cut(&trees);
+        let duplicates = plan.merged + found.blocks.iter().map(|block| block.duplicates).sum::<u64>();
+        let (cores, borders) = output.extents();
+        let directory = self.directory(tree, &tiles, cores, borders, duplicates);
+        let bytes = |extents: &[Extent]| extents.iter().map(|e| u64::from(e.length)).sum::<u64>();
+        let [log_read, log_written] = conquest.log.lock().traffic();
+        let core_bytes = bytes(&cores[first_tile as usize..]) + output.journal_bytes() + log_written;
+        let border_bytes = bytes(borders);
+        let (file_bytes, finish_bytes) = output.finish(&directory).await?;
+        if self.options.progress.is_cancelled() {
+            return Err(BuildError::Cancelled);
+        }
+        if !self.options.force && self.output.exists() {
+            return Err(BuildError::OutputExists(self.output.clone()));
+        }
+        self.folder.publish()?;
+
+        let mut levels: Vec<LevelSummary> = Vec::new();
+        for of_part in found.blocks.iter().map(|block| &block.levels).chain([&found.levels]) {
+            levels.resize_with(levels.len().max(of_part.len()), LevelSummary::default);
+            levels.iter_mut().zip(of_part).for_each(|(level, part)| level.add(*part));
+        }
+        let metadata = &directory.metadata;
+        Ok(BuildSummary {
+            points: metadata.points,
+            duplicates: metadata.duplicates,
+            vertices: metadata.vertices,
+            triangles: metadata.triangles,
+            border_triangles: conquest.log.lock().triangle_count(),
+            hull_edges: metadata.hull_edges,
+            tiles: directory.tiles.len() as u64,
+            file_bytes,
+            blocks: blocks.len() as u64,
+            resumed_blocks: resumed_blocks.into(),
+            waits: Waits {
+                computing_for_blocks: conquest.board.starved(),
+                computing_for_writing: found.waited_to_write,
+                blocks_for_computing: prefetched.waited,
+            },
+            phases: phases(
+                self.began,
+                &began,
+                [0, plan.bytes_read, prefetched.bytes, log_read, 0],
+                [plan.bytes_written, plan.bytes_rewritten, core_bytes, border_bytes, finish_bytes],
+            ),
+            levels,
+            peak_memory: peak_memory(),
+        })
+    }
+
+    /// Gives the board its blocks: that in memory, those that were finished before, those that must be read.
+    async fn feed(
+        &self,
+        conquest: &Arc<Conquest>,
+        store: Option<PointStore>,
+        blocks: &[Block],
+        finished: u32,
+        shares: Shares,
+        has_z: bool,
+    ) -> Result<Prefetched, BuildError> {
+        if let Some(store) = store {
+            if !store.items.is_empty() {
+                conquest.board.add(BlockPoints {
+                    number: 0,
+                    store,
+                    _permit: None,
+                });
+            }
+            return Ok(Prefetched::default());
+        }
+        if finished > 0 {
+            let path = self.folder.journal();
+            let cannot = |error| BuildError::io(&path, "read", error);
+            let mut reader = JournalReader::open(&path).map_err(cannot)?;
+            for _ in 0..finished {
+                let entry = reader.next().map_err(cannot)?;
+                let (block, seam) = entry.ok_or_else(|| cannot(io::ErrorKind::InvalidData.into()))?;
+                conquest.restore(block, seam);
+            }
+        }
+        let blocks = &blocks[..];
+        prefetch::feed(
+            &conquest.board,
+            blocks,
+            finished as usize,
+            self.folder.spill(),
+            shares.blocks,
+            has_z,
+        )
+        .await
+    }
+
+    fn journal(
+        &self,
+        finished: &FinishedBlocks,
+        border_log: Arc<File>,
+        blocks: &Arc<Vec<Block>>,
+    ) -> Result<Journal, BuildError> {
+        let path = self.folder.journal();
+        let file = open(&path, finished.journal_length);
+        Ok(Journal {
+            file: Arc::new(file.map_err(|error| BuildError::io(&path, "make the journal", error))?),
+            length: finished.journal_length,
+            border_log,
+            blocks: Arc::clone(blocks),
+            folder: self.folder.spill().to_owned(),
+        })
+    }
+
+    /// The directory of a file whose extents are all written.
+    fn directory(
+        &self,
+        tree: KdTree,
+        states: &[TileState],
+        cores: &[Extent],
+        borders: &[Extent],
+        duplicates: u64,
+    ) -> Directory {
+        let extents = cores.iter().zip(borders);
+        let entry = |(tile, (&core, &border)): (&TileState, (&Extent, &Extent))| TileEntry {
+            core,
+            border,
+            generation: GENERATION,
+            vertices: tile.vertices,
+            core_triangles: tile.core_triangles,
+            border_triangles: tile.border_triangles,
+            owned_triangles: tile.owned_triangles,
+            bounds: tile.bounds,
+        };
+        let tiles: Vec<TileEntry> = states.iter().zip(extents).map(entry).collect();
+        let vertices = tiles.iter().map(|t| u64::from(t.vertices)).sum();
+        let triangles = tiles.iter().map(|t| u64::from(t.owned_triangles)).sum();
+        let metadata = Metadata {
+            points: self.points,
+            has_z: self.has_z,
+            sources: self.description.sources.clone(),
+            crs: self.description.crs.clone(),
+            tile_vertices: self.options.tile_vertices as u32,
+            vertices,
+            triangles,
+            bounds: tiles.iter().fold(Rect::EMPTY, |all, t| all.union(t.bounds)),
+            duplicates,
+            // Euler's formula for a triangulated disc.
+            hull_edges: match triangles {
+                0 => 0,
+                triangles => (2 * vertices - 2).saturating_sub(triangles),
+            },
+            ..Metadata::default()
+        };
+        Directory { metadata, tree, tiles }
+    }
+}
+
+/// What a build is made of, once all points are there.
+struct Parts {
+    plan: Plan,
+    store: Option<PointStore>,
+    shares: Shares,
+    finished: FinishedBlocks,
+    has_journal: bool,
+}
+
+/// The plan of points that are all in memory: one block.
+fn in_memory(store: &PointStore) -> Plan {
+    let points = store.items.len() as u64;
+    let is_empty = store.items.is_empty();
+    let nodes = if is_empty { Vec::new() } else { vec![KdNode::Leaf(TileId(0))] };
+    Plan {
+        tree: KdTree::new(nodes).unwrap_or_default(),
+        blocks: if is_empty {
+            Vec::new()
+        } else {
+            vec![Block {
+                points,
+                ..Block::default()
+            }]
+        },
+        points,
+        has_z: store.attributes.has_z(),
+        ..Plan::default()
+    }
+}
+
+/// What a build before has finished.
+#[derive(Debug, Default)]
+struct FinishedBlocks {
+    blocks: u32,
+    points: u64,
+    cores: Vec<Extent>,
+    journal_length: u64,
+    /// Bytes of the files that are to stay.
+    file_length: u64,
+    log_length: u64,
+}
+
+impl FinishedBlocks {
+    fn read(folder: &WorkFolder) -> Result<Self, BuildError> {
+        let path = folder.journal();
+        let cannot = |error| BuildError::io(&path, "read", error);
+        let mut this = Self::default();
+        let mut reader = match JournalReader::open(&path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(this),
+            opened => opened.map_err(cannot)?,
+        };
+        let length = |path: &Path| path.metadata().map_or(0, |metadata| metadata.len());
+        let (file_length, log_length) = (length(&folder.file()), length(&folder.borders()));
+        while let Some((block, seam)) = reader.next().map_err(cannot)? {
+            let end_of_cores = block.cores.last().map_or(0, |core| core.offset + u64::from(core.length));
+            let chunks = block.chunks.iter().flatten().flatten();
+            let end_of_log = chunks.map(|chunk| chunk.offset + u64::from(chunk.length)).max().unwrap_or(0);
+            if block.number != this.blocks || end_of_cores > file_length || end_of_log > log_length {
+                break;
+            }
+            this.blocks += 1;
+            this.points += seam.below + block.duplicates;
+            this.cores.extend(block.cores);
+            this.file_length = end_of_cores;
+            this.log_length = this.log_length.max(end_of_log);
+            this.journal_length = reader.good;
+        }
+        Ok(this)
+    }
+}
+
+/// Opens a file to write behind its first `length` bytes, and to read; what comes after those goes away.
+fn open(path: &Path, length: u64) -> io::Result<File> {
+    let file = File::options().read(true).write(true).create(true).truncate(false).open(path)?;
+    file.set_len(length)?;
+    Ok(file)
+}
+
+/// Time and bytes of each phase.
+fn phases(
+    read_began: Instant,
+    began: &[(Phase, Instant)],
+    bytes_read: [u64; 5],
+    bytes_written: [u64; 5],
+) -> Vec<PhaseSummary> {
+    let now = Instant::now();
+    let start = |phase| match phase {
+        Phase::Read => Some(read_began),
+        _ => began.iter().find(|(its, _)| *its == phase).map(|its| its.1),
+    };
+    let bytes = bytes_read.into_iter().zip(bytes_written);
+    let phases = Phase::ALL.into_iter().enumerate().zip(bytes);
+    let summary = |((place, phase), (bytes_read, bytes_written))| {
+        let end = Phase::ALL[place + 1..].iter().find_map(|&next| start(next)).unwrap_or(now);
+        PhaseSummary {
+            phase,
+            time: start(phase).map_or(Duration::ZERO, |start| end - start),
+            bytes_read,
+            bytes_written,
+        }
+    };
+    phases.map(summary).collect()
+}

@@ -1,0 +1,336 @@
+//! Conquer and merge: what threads do with the tasks of the board, and what is known of the tiles meanwhile.
+
+use std::ops::Range;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use bytes::Bytes;
+use parking_lot::Mutex;
+
+use super::border_log::BorderLog;
+use super::budget::SEAM_WORK_BYTES;
+use super::divide::divide;
+use super::growth::SeamGrowth;
+use super::journal::FinishedBlock;
+use super::leaf::{conquer, first_duplicate};
+use super::merge::merge;
+use super::node::{Seam, Workspace};
+use super::options::{BuildOptions, Duplicates, Phase};
+use super::ordered::{Closed, Ordered};
+use super::schedule::{BlockPoints, Board, Task};
+use super::summary::LevelSummary;
+use super::output::{Extent, Sender};
+use super::{BuildError, GENERATION, TileState};
+use crate::geometry::Point;
+use crate::store::{KdTree, MAX_TILES, TileId};
+
+/// Conquers leaves and merges seams.
+pub(super) struct Conquest {
+    pub(super) board: Board,
+    pub(super) options: BuildOptions,
+    /// The folder that the border log is spilled to.
+    pub(super) spill: PathBuf,
+    pub(super) log: Mutex<BorderLog>,
+    pub(super) found: Mutex<Found>,
+    pub(super) limits: ConquestLimits,
+}
+
+/// What conquest must keep to, and what it knows of its input.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ConquestLimits {
+    /// All points.
+    pub(super) points: u64,
+    /// Bytes that seams may take, with a merge.
+    pub(super) seam_bytes: u64,
+    /// Whether finished blocks go to the journal.
+    pub(super) has_journal: bool,
+}
+
+/// What tasks have found so far.
+#[derive(Default)]
+pub(super) struct Found {
+    /// The blocks that were divided, in order.
+    pub(super) blocks: Vec<BlockFound>,
+    /// Levels of nodes above the blocks.
+    pub(super) levels: Vec<LevelSummary>,
+    /// Why there is no going on.
+    pub(super) failed: Option<BuildError>,
+    /// Where they are an error: the first record on an earlier one, after that, and their place.
+    first_duplicate: Option<([u64; 2], Point)>,
+    growth: SeamGrowth,
+    /// Points of the leaves that are done.
+    points_done: u64,
+    /// When the first block was divided.
+    pub(super) conquer_began: Option<Instant>,
+    /// The time that threads waited for the writing of tiles.
+    pub(super) waited_to_write: Duration,
+}
+
+/// What is known of a block.
+#[derive(Debug, Default)]
+pub(super) struct BlockFound {
+    pub(super) first_tile: u32,
+    pub(super) tree: KdTree,
+    pub(super) tiles: Vec<TileState>,
+    pub(super) duplicates: u64,
+    late_triangles: u64,
+    pub(super) levels: Vec<LevelSummary>,
+}
+
+impl BlockFound {
+    fn tile_range(&self) -> Range<u32> {
+        self.first_tile..self.first_tile + self.tiles.len() as u32
+    }
+}
+
+impl Conquest {
+    /// One thread's work: tasks until there are no more.
+    pub(super) fn work<F>(&self, cores: &Ordered<Bytes, F>, sender: &Sender)
+    where
+        F: FnMut(u32, Bytes) -> Result<(), Closed>,
+    {
+        let mut workspace = Workspace::new(self.options.engine.create());
+        while let Some(task) = self.board.take() {
+            let done = match task {
+                Task::Divide { block, threads } => self.divide(block, threads),
+                Task::Leaf {
+                    node,
+                    tile,
+                    block,
+                    points,
+                } => self.leaf(&mut workspace, node, tile, &block, points, cores, sender),
+                Task::Merge { node, seams } => self.merge(&mut workspace, node, seams, sender),
+            };
+            if self.options.progress.is_cancelled() {
+                self.fail(BuildError::Cancelled);
+            }
+            if done.is_err() || self.found.lock().failed.is_some() {
+                self.board.stop();
+                cores.close();
+            }
+        }
+    }
+
+    /// Ends the work; the first reason counts.
+    pub(super) fn fail(&self, error: BuildError) {
+        self.found.lock().failed.get_or_insert(error);
+        self.board.stop();
+    }
+
+    fn divide(&self, mut block: BlockPoints, threads: usize) -> Result<(), Closed> {
+        let _span = tracing::debug_span!("divide", block = block.number, points = block.store.items.len()).entered();
+        let division = divide(&mut block.store.items, self.options.tile_vertices, threads);
+        if self.options.duplicates == Duplicates::Error {
+            let leaves = division.leaves.iter().map(|leaf| &block.store.items[leaf.clone()]);
+            let duplicates = leaves.filter_map(|items| first_duplicate(items, &block.store.attributes));
+            let mut found = self.found.lock();
+            let first = duplicates.chain(found.first_duplicate);
+            found.first_duplicate = first.min_by_key(|(records, _)| (records[1], records[0]));
+            if found.first_duplicate.is_some() {
+                // There is no file to come; but the blocks that are left may have one that comes before it.
+                drop(found);
+                self.board.only_divide();
+            }
+        }
+        let tiles = division.leaves.len();
+        let tree = division.tree.clone();
+        let mut many = false;
+        self.board.divided(block, division, |first_tile| {
+            many = first_tile as usize + tiles > MAX_TILES as usize;
+            self.add_block(BlockFound {
+                first_tile,
+                tree,
+                tiles: vec![TileState::default(); tiles],
+                ..BlockFound::default()
+            });
+        });
+        if many {
+            self.fail(BuildError::TooManyTiles { max: MAX_TILES });
+        }
+        Ok(())
+    }
+
+    fn add_block(&self, block: BlockFound) {
+        self.log.lock().add_tiles(block.tiles.len() as u32);
+        let mut found = self.found.lock();
+        found.blocks.push(block);
+        if found.conquer_began.is_none() {
+            found.conquer_began = Some(Instant::now());
+            self.options.progress.start(Phase::Conquer, self.limits.points);
+        }
+    }
+
+    /// Takes up a block that a build before has finished.
+    pub(super) fn restore(&self, block: FinishedBlock, seam: Seam) {
+        let mut found = self.found.lock();
+        let first_tile = found.blocks.last().map_or(0, |last| last.tile_range().end);
+        let tiles = block.tiles.len() as u32;
+        let vertices = seam.below;
+        found.blocks.push(BlockFound {
+            first_tile,
+            tree: block.tree,
+            tiles: block.tiles,
+            duplicates: block.duplicates,
+            late_triangles: block.late_triangles,
+            levels: block.levels,
+        });
+        found.points_done += vertices + block.duplicates;
+        found.growth.observe(vertices, seam.vertices.len() as u64);
+        if found.conquer_began.is_none() {
+            found.conquer_began = Some(Instant::now());
+            self.options.progress.start(Phase::Conquer, self.limits.points);
+        }
+        drop(found);
+        self.log.lock().restore(tiles, block.chunks, block.late_triangles);
+        self.options.progress.advance(vertices + block.duplicates, 0);
+        self.board.restore(block.number, tiles, seam);
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "a leaf is what a task says of it, and where its results go")]
+    fn leaf<F: FnMut(u32, Bytes) -> Result<(), Closed>>(
+        &self,
+        workspace: &mut Workspace,
+        node: u32,
+        tile: TileId,
+        block: &BlockPoints,
+        points: Range<usize>,
+        cores: &Ordered<Bytes, F>,
+        sender: &Sender,
+    ) -> Result<(), Closed> {
+        let began = Instant::now();
+        cores.begin(tile.0)?;
+        let waited = began.elapsed();
+        let _span = tracing::debug_span!("leaf", tile = tile.0).entered();
+        let items = &block.store.items[points];
+        let cell = self.board.place(node).cell;
+        let duplicates = self.options.duplicates;
+        let leaf = conquer(workspace, items, &block.store.attributes, duplicates, tile, cell);
+        let core = leaf.core.encode(tile, GENERATION);
+        let (vertices, settled) = (leaf.core.points.len(), leaf.core.triangles.len());
+        drop(leaf.core);
+        {
+            let mut found = self.found.lock();
+            found.waited_to_write += waited;
+            found.points_done += items.len() as u64;
+            let of_block = &mut found.blocks[block.number as usize];
+            of_block.duplicates += leaf.duplicates;
+            count(&mut of_block.levels, vertices, settled, &leaf.seam);
+            of_block.tiles[(tile.0 - of_block.first_tile) as usize] = TileState {
+                vertices: vertices as u32,
+                core_triangles: settled as u32,
+                bounds: leaf.bounds,
+                ..TileState::default()
+            };
+        }
+        let appended = self.log.lock().append_sides(tile, &leaf.open_sides);
+        self.logged(appended)?;
+        let began = Instant::now();
+        cores.put(tile.0, core)?;
+        self.found.lock().waited_to_write += began.elapsed();
+        let count = items.len() as u64;
+        self.options.progress.advance(count, count);
+        self.hand_up(node, leaf.seam, 0, sender)
+    }
+
+    fn merge(&self, workspace: &mut Workspace, node: u32, seams: Vec<Seam>, sender: &Sender) -> Result<(), Closed> {
+        let _span = tracing::debug_span!("merge", node, seams = seams.len()).entered();
+        let place = self.board.place(node);
+        let vertices = seams.iter().map(|seam| seam.vertices.len()).sum();
+        let bytes = seams.iter().map(Seam::byte_size).sum();
+        let (late, seam) = merge(workspace, seams, place.cell);
+        let appended = self.log.lock().append_triangles(&late);
+        self.logged(appended)?;
+        {
+            let mut found = self.found.lock();
+            match place.block {
+                Some(block) => {
+                    let block = &mut found.blocks[block as usize];
+                    block.late_triangles += late.len() as u64;
+                    count(&mut block.levels, vertices, late.len(), &seam);
+                }
+                None => count(&mut found.levels, vertices, late.len(), &seam),
+            }
+        }
+        self.hand_up(node, seam, bytes, sender)
+    }
+
+    fn logged(&self, appended: std::io::Result<()>) -> Result<(), Closed> {
+        appended.map_err(|error| {
+            self.fail(BuildError::io(&self.spill, "spill the border log in", error));
+            Closed
+        })
+    }
+
+    /// Gives the board the seam of a node, and the journal that of a whole block.
+    fn hand_up(&self, node: u32, seam: Seam, merged_bytes: u64, sender: &Sender) -> Result<(), Closed> {
+        let place = self.board.place(node);
+        if let Some(block) = place.block.filter(|_| place.is_block && self.limits.has_journal) {
+            let tiles = self.found.lock().blocks[block as usize].tile_range();
+            let chunks = self.log.lock().finish_block(tiles);
+            let chunks = match chunks {
+                Ok(chunks) => chunks,
+                Err(error) => return self.logged(Err(error)),
+            };
+            let finished = {
+                let found = self.found.lock();
+                let of_block = &found.blocks[block as usize];
+                FinishedBlock {
+                    number: block,
+                    tree: of_block.tree.clone(),
+                    tiles: of_block.tiles.clone(),
+                    cores: Vec::new(),
+                    duplicates: of_block.duplicates,
+                    late_triangles: of_block.late_triangles,
+                    levels: of_block.levels.clone(),
+                    chunks,
+                }
+            };
+            let finished = Extent::Finished(Box::new((finished, seam.clone())));
+            sender.blocking_send(finished).map_err(|_| Closed)?;
+        }
+        let grown = {
+            let mut found = self.found.lock();
+            if !seam.vertices.is_empty() {
+                found.growth.observe(seam.below, seam.vertices.len() as u64);
+            }
+            // A fortieth of the points tells enough of the rest.
+            let enough = found.points_done * 40 >= self.limits.points;
+            let root = found.growth.root_bytes(self.limits.points).filter(|_| enough);
+            root.filter(|&bytes| bytes > self.options.memory)
+        };
+        let (seam_bytes, next_vertices) = self.board.done(node, seam, merged_bytes);
+        let now = seam_bytes + next_vertices as u64 * SEAM_WORK_BYTES;
+        let budget = self.options.memory;
+        let excess = now.checked_sub(self.limits.seam_bytes).filter(|&excess| excess > 0);
+        if let Some(needed) = grown.or(excess.map(|excess| budget + excess)) {
+            self.fail(BuildError::Seams { needed, budget });
+        }
+        Ok(())
+    }
+
+    /// What is wrong, if something is.
+    pub(super) fn outcome(&self) -> Result<(), BuildError> {
+        let mut found = self.found.lock();
+        if let Some(error) = found.failed.take() {
+            return Err(error);
+        }
+        match found.first_duplicate {
+            Some((records, point)) => Err(BuildError::Duplicate { records, point }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Counts a node.
+fn count(levels: &mut Vec<LevelSummary>, vertices: usize, settled: usize, seam: &Seam) {
+    let level = seam.level - 1;
+    if levels.len() <= level {
+        levels.resize_with(level + 1, LevelSummary::default);
+    }
+    levels[level].add(LevelSummary {
+        nodes: 1,
+        vertices: vertices as u64,
+        settled: settled as u64,
+        seam_vertices: seam.vertices.len() as u64,
+    });
+}

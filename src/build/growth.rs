@@ -1,0 +1,76 @@
+//! How seams grow with their cells, so that a build that cannot end is known at its beginning.
+//!
+//! A cell of m points has about c·√m seam vertices, and that is little. Where points lie on a curve, every point is on the
+//! hull of every cell, seams are whole cells, and the root would hold all points at once. Both are powers of m, so the
+//! nodes that are done tell which one it is.
+
+use super::budget::SEAM_WORK_BYTES;
+
+/// What the nodes that are done tell.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SeamGrowth {
+    /// By the binary logarithm of the vertices below a node: nodes, and the sums of these vertices and of seam vertices.
+    classes: Vec<[u64; 3]>,
+}
+
+impl SeamGrowth {
+    /// Takes a node with so many vertices below, and in its seam.
+    pub(super) fn observe(&mut self, below: u64, seam: u64) {
+        let class = below.max(1).ilog2() as usize;
+        if self.classes.len() <= class {
+            self.classes.resize(class + 1, [0; 3]);
+        }
+        let [nodes, vertices, seams] = &mut self.classes[class];
+        *nodes += 1;
+        *vertices += below;
+        *seams += seam;
+    }
+
+    /// The memory that merging the root of so many points takes, as far as it can be told: the line through the logarithms
+    /// of cells and seams, drawn on to half of all points. None: the cells so far are too much alike.
+    pub(super) fn root_bytes(&self, points: u64) -> Option<u64> {
+        /// The least ratio of the largest cells to the smallest.
+        const SPREAD: f64 = 3.0;
+        let classes = self.classes.iter().filter(|class| class[0] > 0 && class[2] > 0);
+        let mean = |&[nodes, vertices, seams]: &[u64; 3]| {
+            let nodes = nodes as f64;
+            ((vertices as f64 / nodes).ln(), (seams as f64 / nodes).ln())
+        };
+        let logarithms: Vec<(f64, f64)> = classes.map(mean).collect();
+        let (&(least, _), &(largest, seam)) = (logarithms.first()?, logarithms.last()?);
+        if largest - least < SPREAD.ln() {
+            return None;
+        }
+        let count = logarithms.len() as f64;
+        let centre = logarithms.iter().map(|p| p.0).sum::<f64>() / count;
+        let height = logarithms.iter().map(|p| p.1).sum::<f64>() / count;
+        let slope = logarithms.iter().map(|p| (p.0 - centre) * (p.1 - height)).sum::<f64>()
+            / logarithms.iter().map(|p| (p.0 - centre).powi(2)).sum::<f64>();
+        let half = (points as f64 / 2.0).ln();
+        let root = 2.0 * (seam + slope.clamp(0.0, 1.0) * (half - largest).max(0.0)).exp();
+        Some((root.min(points as f64) * SEAM_WORK_BYTES as f64) as u64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn square_roots_and_whole_cells_are_told_apart() {
+        let root = |seam: fn(u64) -> u64| {
+            let mut growth = SeamGrowth::default();
+            for (cells, points) in [(16, 60_000), (4, 240_000), (1, 960_000)] {
+                (0..cells).for_each(|_| growth.observe(points, seam(points)));
+            }
+            growth.root_bytes(100_000_000).unwrap() / SEAM_WORK_BYTES
+        };
+        let of_squares = root(|m| 5 * m.isqrt());
+        assert!((60_000..80_000).contains(&of_squares), "{of_squares}");
+        assert!(root(|m| m) > 99_000_000);
+        let mut alike = SeamGrowth::default();
+        alike.observe(60_000, 900);
+        alike.observe(70_000, 990);
+        assert_eq!(alike.root_bytes(1 << 30), None);
+    }
+}

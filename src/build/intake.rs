@@ -1,0 +1,191 @@
+//! Where points go as they come: to memory as long as they fit, then to runs on disk, on a thread of its own.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::thread;
+
+use tokio::sync::{mpsc, oneshot};
+
+use super::budget::{self, Shares};
+use super::journal::SavedPlan;
+use super::point_store::PointStore;
+use super::spill::{Limits, Plan, Spill, plan_blocks};
+use super::work_folder::WorkFolder;
+use super::{BuildError, BuildOptions};
+use crate::geometry::Point;
+use crate::input::PointBatch;
+
+/// Batches that wait for the thread that distributes them.
+const BATCHES_AHEAD: usize = 4;
+
+/// The points so far.
+#[derive(Debug)]
+pub(super) enum Intake {
+    /// In memory.
+    Memory(PointStore),
+    /// On their way to runs.
+    Spilling(Spilling),
+    /// They came in before: an interrupted build goes on.
+    Resumed(Box<SavedPlan>),
+}
+
+/// The thread that distributes points.
+#[derive(Debug)]
+pub(super) struct Spilling {
+    batches: mpsc::Sender<PointBatch>,
+    plan: oneshot::Receiver<Result<Plan, BuildError>>,
+}
+
+/// All points.
+#[derive(Debug)]
+pub(super) enum Points {
+    Memory(PointStore),
+    Runs(Plan),
+}
+
+impl Intake {
+    /// Nothing yet.
+    pub(super) fn new() -> Self {
+        Self::Memory(PointStore::default())
+    }
+
+    /// Learns how many points come, and how they lie. If they will not fit, they go to disk from the first one on.
+    pub(super) fn expect(
+        &mut self,
+        points: u64,
+        sample: Vec<Point>,
+        options: &Arc<BuildOptions>,
+        folder: &Arc<WorkFolder>,
+    ) -> Result<(), BuildError> {
+        let Self::Memory(store) = self else { return Ok(()) };
+        if sample.is_empty() || !store.items.is_empty() || budget::points_fit(options, points, false) {
+            return Ok(());
+        }
+        // What is to come may be told wrong; it decides how finely the plane is cut, nothing else.
+        let shares = budget::shares(options, points, false)?;
+        let cells = (4 * points).div_ceil(shares.block_points).min(1 << 16) as usize;
+        let cells = cells.min(budget::most_cells(options.memory));
+        *self = Self::Spilling(Spilling::start(PointStore::default(), &sample, cells, options, folder)?);
+        Ok(())
+    }
+
+    /// Takes a batch.
+    pub(super) async fn push(
+        &mut self,
+        batch: &PointBatch,
+        options: &Arc<BuildOptions>,
+        folder: &Arc<WorkFolder>,
+    ) -> Result<(), BuildError> {
+        match self {
+            Self::Resumed(_) => return Err(BuildError::PointsComplete),
+            Self::Spilling(spilling) => return spilling.push(batch).await,
+            Self::Memory(_) => {}
+        }
+        let Self::Memory(store) = self else { return Ok(()) };
+        let room = store.items.len() + batch.points.len() <= PointStore::MAX_POINTS;
+        if room {
+            store.push(batch);
+            if budget::fits(options, store.items.len() as u64, store.byte_size()) {
+                return Ok(());
+            }
+        }
+        let store = std::mem::take(store);
+        let step = store.items.len().div_ceil(1 << 16).max(1);
+        let sample: Vec<Point> = store.items.iter().step_by(step).map(|item| item.point).collect();
+        let cells = budget::most_cells(options.memory);
+        let mut spilling = Spilling::start(store, &sample, cells, options, folder)?;
+        if !room {
+            spilling.push(batch).await?;
+        }
+        *self = Self::Spilling(spilling);
+        Ok(())
+    }
+
+    /// All points have come.
+    pub(super) async fn finish(self) -> Result<Points, BuildError> {
+        match self {
+            Self::Memory(store) => Ok(Points::Memory(store)),
+            Self::Spilling(spilling) => Ok(Points::Runs(spilling.finish().await?)),
+            Self::Resumed(saved) => Ok(Points::Runs(saved.plan)),
+        }
+    }
+}
+
+impl Spilling {
+    fn start(
+        store: PointStore,
+        sample: &[Point],
+        cells: usize,
+        options: &Arc<BuildOptions>,
+        folder: &Arc<WorkFolder>,
+    ) -> Result<Self, BuildError> {
+        let (batches, incoming) = mpsc::channel(BATCHES_AHEAD);
+        let (reply, plan) = oneshot::channel();
+        let mut spill = Spill::new(folder.spill(), sample, cells, budget::run_buffers(options.memory), 0);
+        let (options, folder) = (Arc::clone(options), Arc::clone(folder));
+        let path = folder.spill().to_owned();
+        let work = move || {
+            let pushed = spill.push_store(&store);
+            drop(store);
+            let spilled = pushed.map_err(|error| cannot_spill(folder.spill(), error));
+            let plan = spilled.and_then(|()| distribute(spill, incoming, &options));
+            // If nobody waits for the answer any more, nobody needs it.
+            let _ = reply.send(plan);
+        };
+        let thread = thread::Builder::new().name("tile-spill".to_owned());
+        thread.spawn(work).map_err(|error| BuildError::io(&path, "start a thread to spill to", error))?;
+        Ok(Self { batches, plan })
+    }
+
+    async fn push(&mut self, batch: &PointBatch) -> Result<(), BuildError> {
+        if self.batches.send(batch.clone()).await.is_ok() {
+            return Ok(());
+        }
+        // The thread ended before its time: it knows why.
+        match (&mut self.plan).await {
+            Ok(Err(error)) => Err(error),
+            _ => Err(gone()),
+        }
+    }
+
+    async fn finish(self) -> Result<Plan, BuildError> {
+        drop(self.batches);
+        self.plan.await.unwrap_or_else(|_| Err(gone()))
+    }
+}
+
+fn gone() -> BuildError {
+    BuildError::Internal("the thread that spills points is gone".to_owned())
+}
+
+fn cannot_spill(folder: &Path, error: std::io::Error) -> BuildError {
+    BuildError::io(folder, "spill points in", error)
+}
+
+/// Distributes all batches that come, and makes the plan.
+fn distribute(
+    mut spill: Spill,
+    mut incoming: mpsc::Receiver<PointBatch>,
+    options: &BuildOptions,
+) -> Result<Plan, BuildError> {
+    let folder = spill.folder().to_owned();
+    let cannot = |error: std::io::Error| {
+        if options.progress.is_cancelled() {
+            BuildError::Cancelled
+        } else {
+            cannot_spill(&folder, error)
+        }
+    };
+    while let Some(batch) = incoming.blocking_recv() {
+        spill.push(&batch).map_err(cannot)?;
+    }
+    let spilled = spill.finish().map_err(cannot)?;
+    let points = spilled.runs.iter().map(|run| run.points).sum();
+    let Shares { block_points, .. } = budget::shares(options, points, spilled.has_z)?;
+    let limits = Limits {
+        block_points,
+        cells: budget::most_cells(options.memory),
+        buffers: budget::run_buffers(options.memory),
+    };
+    plan_blocks(spilled, &folder, limits, options.duplicates, &options.progress).map_err(cannot)
+}

@@ -1,0 +1,324 @@
+//! What a build that was interrupted goes on from: the plan of its blocks, and the journal of those that are finished.
+//!
+//! ```text
+//! plan      magic, CRC-32C, what the build was told, what the caller noted, the blocks and their runs
+//! journal   for each finished block, in order: length u32, CRC-32C u32, block
+//! ```
+//!
+//! A block is written to the journal when its cores and its part of the border log are on the medium. It is whole or it is not
+//! there: reading stops at the first entry that is not right.
+
+use std::fs::{self, File};
+use std::io::{self, Read, Write};
+use std::path::Path;
+
+use super::border_log::{Chunk, GroupChunks};
+use super::codec::{Decoder, Encoder};
+use super::node::{Seam, SeamVertex};
+use super::spill::{Block, Plan, Run};
+use super::summary::LevelSummary;
+use super::{Description, TileState};
+use crate::geometry::Point;
+use crate::store::{Extent, KdNode, KdTree, Source, TileId, VertexId};
+
+/// What a finished block leaves behind.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct FinishedBlock {
+    pub(super) number: u32,
+    pub(super) tree: KdTree,
+    pub(super) tiles: Vec<TileState>,
+    /// Where the cores of these lie.
+    pub(super) cores: Vec<Extent>,
+    pub(super) duplicates: u64,
+    pub(super) late_triangles: u64,
+    pub(super) levels: Vec<LevelSummary>,
+    pub(super) chunks: Vec<GroupChunks>,
+}
+
+/// A plan and what it belongs to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct SavedPlan {
+    /// What the build was told: inputs, and options that decide what comes out.
+    pub(super) identity: String,
+    pub(super) description: Description,
+    pub(super) plan: Plan,
+}
+
+const MAGIC: &[u8; 8] = b"dtplan01";
+
+impl SavedPlan {
+    /// Writes the plan. It is whole under its name, or not there.
+    pub(super) fn save(&self, path: &Path) -> io::Result<()> {
+        let mut out = Encoder::default();
+        out.text(&self.identity);
+        let Description { sources, crs, memo } = &self.description;
+        out.list(sources, |out, source| {
+            out.text(&source.name);
+            out.u64(source.records);
+        });
+        out.list(crs.as_slice(), |out, crs| out.text(crs));
+        out.text(memo);
+        put_tree(&mut out, &self.plan.tree);
+        out.list(&self.plan.blocks, |out, block| {
+            out.u64(block.points);
+            out.list(&block.runs, |out, run| {
+                out.u32(run.number);
+                out.u64(run.points);
+                out.u64(run.length);
+            });
+        });
+        out.u64(self.plan.points);
+        out.u64(self.plan.merged);
+        out.u32(self.plan.has_z.into());
+        let crc = crc32c::crc32c(&out.0);
+        let unfinished = path.with_extension("new");
+        let mut file = File::create(&unfinished)?;
+        file.write_all(MAGIC)?;
+        file.write_all(&crc.to_le_bytes())?;
+        file.write_all(&out.0)?;
+        file.sync_all()?;
+        fs::rename(unfinished, path)
+    }
+
+    /// Reads a plan; none if there is none that is whole.
+    pub(super) fn load(path: &Path) -> io::Result<Option<Self>> {
+        let bytes = match fs::read(path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            read => read?,
+        };
+        let Some((header, body)) = bytes.split_at_checked(12) else {
+            return Ok(None);
+        };
+        if header[..8] != MAGIC[..] || header[8..] != crc32c::crc32c(body).to_le_bytes() {
+            return Ok(None);
+        }
+        Ok(Self::decode(body))
+    }
+
+    fn decode(body: &[u8]) -> Option<Self> {
+        let mut from = Decoder(body);
+        let identity = from.text()?;
+        let source = |from: &mut Decoder<'_>| {
+            Some(Source {
+                name: from.text()?,
+                records: from.u64()?,
+            })
+        };
+        let description = Description {
+            sources: from.list(source)?,
+            crs: from.list(Decoder::text)?.pop(),
+            memo: from.text()?,
+        };
+        let run = |from: &mut Decoder<'_>| {
+            Some(Run {
+                number: from.u32()?,
+                points: from.u64()?,
+                length: from.u64()?,
+            })
+        };
+        let block = |from: &mut Decoder<'_>| {
+            Some(Block {
+                points: from.u64()?,
+                runs: from.list(run)?,
+            })
+        };
+        let plan = Plan {
+            tree: take_tree(&mut from)?,
+            blocks: from.list(block)?,
+            points: from.u64()?,
+            merged: from.u64()?,
+            has_z: from.u32()? != 0,
+            ..Plan::default()
+        };
+        from.end(Self {
+            identity,
+            description,
+            plan,
+        })
+    }
+}
+
+/// The bytes of a journal's entry.
+pub(super) fn encode(block: &FinishedBlock, seam: &Seam) -> Vec<u8> {
+    let mut out = Encoder(vec![0; 8]);
+    out.u32(block.number);
+    put_tree(&mut out, &block.tree);
+    out.list(&block.tiles, |out, tile| {
+        out.u32(tile.vertices);
+        out.u32(tile.core_triangles);
+        out.rect(tile.bounds);
+    });
+    out.list(&block.cores, |out, core| {
+        out.u64(core.offset);
+        out.u32(core.length);
+        out.u32(core.crc);
+    });
+    out.u64(block.duplicates);
+    out.u64(block.late_triangles);
+    out.list(&block.levels, |out, level| {
+        for number in [level.nodes, level.vertices, level.settled, level.seam_vertices] {
+            out.u64(number);
+        }
+    });
+    out.list(&block.chunks, |out, group| {
+        for chunks in group {
+            out.list(chunks, |out, chunk| {
+                out.u64(chunk.offset);
+                out.u32(chunk.length);
+                out.u32(chunk.crc);
+            });
+        }
+    });
+    out.u64(seam.level as u64);
+    out.u64(seam.below);
+    out.list(&seam.vertices, |out, vertex| {
+        out.u32(vertex.id.tile.0);
+        out.u32(vertex.id.index);
+        out.f64(vertex.point.x);
+        out.f64(vertex.point.y);
+    });
+    out.list(seam.unsettled.as_flattened(), |out, &corner| out.u32(corner));
+    let (length, crc) = (out.0.len() as u32 - 8, crc32c::crc32c(&out.0[8..]));
+    out.0[..4].copy_from_slice(&length.to_le_bytes());
+    out.0[4..8].copy_from_slice(&crc.to_le_bytes());
+    out.0
+}
+
+fn decode(bytes: &[u8]) -> Option<(FinishedBlock, Seam)> {
+    let mut from = Decoder(bytes);
+    let tile = |from: &mut Decoder<'_>| {
+        Some(TileState {
+            vertices: from.u32()?,
+            core_triangles: from.u32()?,
+            bounds: from.rect()?,
+            ..TileState::default()
+        })
+    };
+    let extent = |from: &mut Decoder<'_>| {
+        Some(Extent {
+            offset: from.u64()?,
+            length: from.u32()?,
+            crc: from.u32()?,
+        })
+    };
+    let level = |from: &mut Decoder<'_>| {
+        Some(LevelSummary {
+            nodes: from.u64()?,
+            vertices: from.u64()?,
+            settled: from.u64()?,
+            seam_vertices: from.u64()?,
+        })
+    };
+    let chunk = |from: &mut Decoder<'_>| {
+        Some(Chunk {
+            offset: from.u64()?,
+            length: from.u32()?,
+            crc: from.u32()?,
+        })
+    };
+    let vertex = |from: &mut Decoder<'_>| {
+        let tile = TileId(from.u32()?);
+        let index = from.u32()?;
+        Some(SeamVertex {
+            id: VertexId { tile, index },
+            point: Point::new(from.f64()?, from.f64()?),
+        })
+    };
+    let block = FinishedBlock {
+        number: from.u32()?,
+        tree: take_tree(&mut from)?,
+        tiles: from.list(tile)?,
+        cores: from.list(extent)?,
+        duplicates: from.u64()?,
+        late_triangles: from.u64()?,
+        levels: from.list(level)?,
+        chunks: from.list(|from| Some([from.list(chunk)?, from.list(chunk)?]))?,
+    };
+    let seam = Seam {
+        level: usize::try_from(from.u64()?).ok()?,
+        below: from.u64()?,
+        vertices: from.list(vertex)?,
+        unsettled: from.list(Decoder::u32)?.as_chunks().0.to_vec(),
+    };
+    from.end((block, seam))
+}
+
+/// Reads the entries of a journal, one at a time.
+#[derive(Debug)]
+pub(super) struct JournalReader {
+    file: File,
+    left: u64,
+    /// Bytes of the entries that were right.
+    pub(super) good: u64,
+}
+
+impl JournalReader {
+    pub(super) fn open(path: &Path) -> io::Result<Self> {
+        let file = File::open(path)?;
+        Ok(Self {
+            left: file.metadata()?.len(),
+            file,
+            good: 0,
+        })
+    }
+
+    /// The next entry; none if there is none that is right.
+    pub(super) fn next(&mut self) -> io::Result<Option<(FinishedBlock, Seam)>> {
+        let mut header = [0; 8];
+        let Some(left) = self.left.checked_sub(8) else {
+            return Ok(None);
+        };
+        self.file.read_exact(&mut header)?;
+        let word = |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
+        let (length, crc) = (word(0), word(4));
+        let Some(left) = left.checked_sub(length.into()) else {
+            return Ok(None);
+        };
+        let mut bytes = vec![0; length as usize];
+        self.file.read_exact(&mut bytes)?;
+        if crc32c::crc32c(&bytes) != crc {
+            return Ok(None);
+        }
+        self.left = left;
+        let entry = decode(&bytes);
+        if entry.is_some() {
+            self.good += 8 + u64::from(length);
+        }
+        Ok(entry)
+    }
+}
+
+fn put_tree(out: &mut Encoder, tree: &KdTree) {
+    out.list(tree.nodes(), |out, node| match *node {
+        KdNode::X { cut, right } => {
+            out.u32(0);
+            out.f64(cut);
+            out.u32(right);
+        }
+        KdNode::Y { cut, right } => {
+            out.u32(1);
+            out.f64(cut);
+            out.u32(right);
+        }
+        KdNode::Leaf(tile) => {
+            out.u32(2);
+            out.u32(tile.0);
+        }
+    });
+}
+
+fn take_tree(from: &mut Decoder<'_>) -> Option<KdTree> {
+    let node = |from: &mut Decoder<'_>| match from.u32()? {
+        0 => Some(KdNode::X {
+            cut: from.f64()?,
+            right: from.u32()?,
+        }),
+        1 => Some(KdNode::Y {
+            cut: from.f64()?,
+            right: from.u32()?,
+        }),
+        2 => Some(KdNode::Leaf(TileId(from.u32()?))),
+        _ => None,
+    };
+    KdTree::new(from.list(node)?).ok()
+}

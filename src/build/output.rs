@@ -1,0 +1,182 @@
+//! The writing side of a build: extents go to the file in the order they come, finished blocks to the journal.
+//!
+//! A block is entered in the journal once its cores were written and both the file and the border log are on the medium. That
+//! is waited for beside the writing, not by it, and it keeps the disk busy all the time, so that little is left for the end.
+
+use std::collections::VecDeque;
+use std::fs::{self, File};
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use tokio::sync::mpsc;
+use tokio::task::JoinHandle;
+
+use super::BuildError;
+use super::journal::{self, FinishedBlock};
+use super::node::Seam;
+use super::spill::Block;
+use crate::io::{ThreadsFile, WriteAt};
+use crate::store::{Directory, Extent as Written, TileWriter};
+
+/// What comes to be written.
+#[derive(Debug)]
+pub(super) enum Extent {
+    Core(Bytes),
+    Border(Bytes),
+    /// A block is done, but for its cores that may still be on the way.
+    Finished(Box<(FinishedBlock, Seam)>),
+}
+
+pub(super) type Sender = mpsc::Sender<Extent>;
+
+/// The journal, and what an entry depends on.
+#[derive(Debug)]
+pub(super) struct Journal {
+    pub(super) file: Arc<File>,
+    /// Of entries that stand in it.
+    pub(super) length: u64,
+    pub(super) border_log: Arc<File>,
+    /// The blocks, whose runs go away with their entry, and where these are.
+    pub(super) blocks: Arc<Vec<Block>>,
+    pub(super) folder: PathBuf,
+}
+
+/// The file that is written.
+pub(super) struct Output {
+    writer: TileWriter<ThreadsFile>,
+    file: ThreadsFile,
+    path: PathBuf,
+    cores: Vec<Written>,
+    borders: Vec<Written>,
+    journal: Option<Journal>,
+    /// Blocks that are done, by the tile at which they end; not yet in the journal.
+    finished: VecDeque<(FinishedBlock, Seam)>,
+    next_block: u32,
+    /// Tiles of the blocks that are in the journal or on the way into it.
+    entered_tiles: usize,
+    entering: Option<JoinHandle<io::Result<()>>>,
+    journal_bytes: u64,
+}
+
+impl Output {
+    /// Goes on with a file behind the cores that stand in it.
+    pub(super) fn new(
+        file: ThreadsFile,
+        path: PathBuf,
+        cores: Vec<Written>,
+        journal: Option<Journal>,
+        next_block: u32,
+    ) -> Self {
+        let writer = match cores.last() {
+            Some(last) => TileWriter::behind(file.clone(), last.offset + u64::from(last.length)),
+            None => TileWriter::new(file.clone()),
+        };
+        Self {
+            writer,
+            file,
+            path,
+            entered_tiles: cores.len(),
+            cores,
+            borders: Vec::new(),
+            journal,
+            finished: VecDeque::new(),
+            next_block,
+            entering: None,
+            journal_bytes: 0,
+        }
+    }
+
+    /// Writes all that comes.
+    pub(super) async fn write_all(&mut self, mut extents: mpsc::Receiver<Extent>) -> Result<(), BuildError> {
+        while let Some(extent) = extents.recv().await {
+            let written = match extent {
+                Extent::Core(bytes) => self.writer.append_core(&bytes).await.map(|core| self.cores.push(core)),
+                Extent::Border(bytes) => self.writer.append_border(&bytes).await.map(|border| self.borders.push(border)),
+                Extent::Finished(block) => {
+                    let place = self.finished.partition_point(|other| other.0.number < block.0.number);
+                    self.finished.insert(place, *block);
+                    Ok(())
+                }
+            };
+            written.map_err(|error| BuildError::io(&self.path, "write", error))?;
+            self.enter_blocks().await?;
+        }
+        self.entered().await
+    }
+
+    /// Starts the entry of the next block, if its cores were written.
+    async fn enter_blocks(&mut self) -> Result<(), BuildError> {
+        let next = self.finished.front().filter(|(block, _)| block.number == self.next_block);
+        let Some(end) = next.map(|(block, _)| self.entered_tiles + block.tiles.len()) else {
+            return Ok(());
+        };
+        // One after the other; the next starts with the extent that comes after.
+        if end > self.cores.len() || self.entering.as_ref().is_some_and(|entering| !entering.is_finished()) {
+            return Ok(());
+        }
+        self.entered().await?;
+        let (Some((mut block, seam)), Some(journal)) = (self.finished.pop_front(), &mut self.journal) else {
+            return Ok(());
+        };
+        self.writer
+            .flush()
+            .await
+            .map_err(|error| BuildError::io(&self.path, "write", error))?;
+        block.cores = self.cores[self.entered_tiles..end].to_vec();
+        self.entered_tiles = end;
+        self.next_block += 1;
+        let entry = journal::encode(&block, &seam);
+        let offset = journal.length;
+        journal.length += entry.len() as u64;
+        self.journal_bytes += entry.len() as u64;
+        let (tiles, border_log, file) = (
+            self.file.clone(),
+            ThreadsFile::from(Arc::clone(&journal.border_log)),
+            ThreadsFile::from(Arc::clone(&journal.file)),
+        );
+        let (blocks, folder) = (Arc::clone(&journal.blocks), journal.folder.clone());
+        let span = tracing::debug_span!("enter", block = block.number);
+        let enter = async move {
+            tiles.sync().await?;
+            border_log.sync().await?;
+            file.write_at(offset, entry.into()).await?;
+            file.sync().await?;
+            // Nobody will read the runs again. If one stays, it goes with the folder.
+            let removed = tokio::task::spawn_blocking(move || {
+                for run in &blocks[block.number as usize].runs {
+                    let _ = fs::remove_file(run.path(&folder));
+                }
+            });
+            removed.await.map_err(io::Error::other)
+        };
+        self.entering = Some(tokio::spawn(tracing::Instrument::instrument(enter, span)));
+        Ok(())
+    }
+
+    /// Waits for the entry that is on its way.
+    async fn entered(&mut self) -> Result<(), BuildError> {
+        let Some(entering) = self.entering.take() else { return Ok(()) };
+        let entered = entering.await.map_err(io::Error::other).and_then(|entered| entered);
+        entered.map_err(|error| BuildError::io(&self.path, "note a finished block beside", error))
+    }
+
+    /// The extents of cores and borders.
+    pub(super) fn extents(&self) -> (&[Written], &[Written]) {
+        (&self.cores, &self.borders)
+    }
+
+    /// Bytes of the journal that were written.
+    pub(super) fn journal_bytes(&self) -> u64 {
+        self.journal_bytes
+    }
+
+    /// Completes the file. Returns its length, and how many bytes that added.
+    pub(super) async fn finish(self, directory: &Directory) -> Result<(u64, u64), BuildError> {
+        let before = self.writer.length();
+        let finished = self.writer.finish(directory).await;
+        let length = finished.map_err(|error| BuildError::io(&self.path, "finish", error))?;
+        Ok((length, length - before))
+    }
+}
