@@ -4,6 +4,7 @@
 
 use super::bytes::ByteInput;
 use super::reader::Reader;
+use super::sample::RandomAccess;
 use super::sink::Sink;
 use super::{InputError, InputOptions, Place};
 use crate::geometry::Point;
@@ -76,6 +77,23 @@ impl Raw {
 impl Reader for Raw {
     fn has_z(&self) -> bool {
         self.stride == 24
+    }
+
+    fn expected_points(&self) -> Option<u64> {
+        let left = self.input.size?.saturating_sub(self.offset);
+        Some(left / self.stride as u64)
+    }
+
+    fn random_access(&self) -> Option<RandomAccess> {
+        Some(RandomAccess {
+            start: 0,
+            count: self.input.size? / self.stride as u64,
+            length: self.stride,
+            decode: Box::new(|record| {
+                let (x, y, z) = numbers(record);
+                z.is_none_or(f64::is_finite).then_some(Point::new(x, y))
+            }),
+        })
     }
 
     fn fill(&mut self, sink: &mut Sink<'_>) -> Result<bool, InputError> {
