@@ -4,7 +4,7 @@
 //! gzip is undone here (all members of the file), so that no format has to know of it.
 
 use super::InputError;
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::Arc;
@@ -114,12 +114,12 @@ fn gunzip(_: Box<dyn Read + Send>, path: &Path) -> Result<Box<dyn Read + Send>, 
     })
 }
 
-/// Opens a file and tells its size if it has one (pipes and devices have not).
-pub(super) fn open_file(path: &Path) -> Result<(File, Option<u64>), InputError> {
+/// Opens a file, with its metadata if it is a regular file: pipes and devices have no size.
+pub(super) fn open_file(path: &Path) -> Result<(File, Option<Metadata>), InputError> {
     let open = || {
         let file = File::open(path)?;
         let metadata = file.metadata()?;
-        Ok((file, metadata.is_file().then_some(metadata.len())))
+        Ok((file, metadata.is_file().then_some(metadata)))
     };
     open().map_err(|source| InputError::Open {
         path: path.to_owned(),

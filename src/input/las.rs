@@ -11,8 +11,10 @@
 use super::bytes::{BUFFER, Counted};
 use super::laz::Laz;
 use super::reader::Reader;
+use super::sample::RandomAccess;
 use super::sink::Sink;
 use super::{InputError, InputOptions, Place, Returns};
+use crate::geometry::Point;
 use ::las::raw::Vlr;
 use ::las::raw::header::Header;
 use std::error::Error;
@@ -99,6 +101,8 @@ pub(super) fn open(
 struct Las {
     layout: Layout,
     records: Records,
+    /// The first byte of the points.
+    start: u64,
     /// The points in the file, and of these the ones read.
     count: u64,
     read: u64,
@@ -126,6 +130,7 @@ pub(super) struct Layout {
 }
 
 /// Which points to keep.
+#[derive(Clone, Copy)]
 struct Keep {
     classes: [bool; 256],
     returns: Returns,
@@ -178,6 +183,7 @@ impl Las {
         Ok(Self {
             layout,
             records,
+            start,
             count,
             read: 0,
             keep: Keep {
@@ -372,6 +378,25 @@ impl Reader for Las {
 
     fn crs(&self) -> Option<&str> {
         self.crs.as_deref()
+    }
+
+    fn expected_points(&self) -> Option<u64> {
+        Some(self.count.saturating_sub(self.read))
+    }
+
+    fn random_access(&self) -> Option<RandomAccess> {
+        let (layout, keep) = (self.layout, self.keep);
+        let plain = matches!(self.records, Records::Plain(_));
+        plain.then(|| RandomAccess {
+            start: self.start,
+            count: self.count,
+            length: layout.length,
+            decode: Box::new(move |record| {
+                let kept = !layout.is_withheld(record) && keep.keeps(record, layout.extended);
+                let [x, y, z] = [0, 1, 2].map(|axis| layout.coordinate(record, axis));
+                (kept && z.is_finite()).then_some(Point::new(x, y))
+            }),
+        })
     }
 
     fn fill(&mut self, sink: &mut Sink<'_>) -> Result<bool, InputError> {

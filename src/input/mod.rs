@@ -7,7 +7,8 @@
 //! ```text
 //!   paths ─> PointSource ─> one reader at a time ─> Sink ─> PointBatch
 //!              │ open: peeks at every file             │ checks, counts, numbers every record
-//!              └ has_z, crs, total_bytes               └ InputError::Record, or skipped
+//!              ├ has_z, crs, total_bytes               └ InputError::Record, or skipped
+//!              └ expected_points, sample, identity
 //! ```
 //!
 //! | format | module | as a stream | feature |
@@ -19,7 +20,8 @@
 //! | LAS, LAZ, COPC | `las`, `laz` | no: needs a file | `las` |
 //!
 //! **Memory** is bounded whatever the file: a read buffer of 256 KiB, a batch, and for text one row of at most 1 MiB
-//! with the ends of its fields, for GeoJSON one name of at most 2 MiB, for LAZ the decompressor's state of one chunk. No length or count that a file claims is believed before it is
+//! with the ends of its fields, for GeoJSON one name of at most 2 MiB, for LAZ the decompressor's state of one chunk;
+//! for a sample of the points 4 MiB. No length or count that a file claims is believed before it is
 //! compared with the file's size. Every file is hostile: what is wrong with it becomes an [`InputError`], never a panic.
 //!
 //! **Record numbers** are u64 positions from 0 over all inputs in order. Every record counts, those that are skipped,
@@ -48,6 +50,7 @@ mod raw;
 mod reader;
 #[cfg(feature = "text")]
 mod rows;
+mod sample;
 mod sink;
 mod source;
 #[cfg(feature = "text")]

@@ -70,6 +70,10 @@ impl Reader for Node {
         self.dims == 3
     }
 
+    fn expected_points(&self) -> Option<u64> {
+        Some(self.claimed.saturating_sub(self.rows))
+    }
+
     fn fill(&mut self, sink: &mut Sink<'_>) -> Result<bool, InputError> {
         while !sink.is_full() {
             if !self.lines.next_row()? {

@@ -69,6 +69,43 @@ impl Sink<'_> {
         Ok(())
     }
 
+    /// Takes records that give coordinates, all of them or, if one is not valid, none (false). For readers whose records
+    /// cost next to nothing: with no branch for each record it takes less than half the time of [`Self::point`].
+    pub fn points(
+        &mut self,
+        points: impl ExactSizeIterator<Item = Point>,
+        z: Option<impl Iterator<Item = f64>>,
+    ) -> bool {
+        let (before, z_before, n) = (self.batch.points.len(), self.batch.z.len(), points.len());
+        let (mut valid, mut padded) = (true, 0);
+        self.batch.points.extend(points.map(|point| {
+            valid &= point.is_valid();
+            point.normalized()
+        }));
+        match z {
+            Some(z) => self.batch.z.extend(z.map(|z| {
+                valid &= z.is_finite();
+                z + 0.0
+            })),
+            None if self.wants_z => {
+                self.batch.z.resize(z_before + n, 0.0);
+                padded = n as u64;
+            }
+            None => {}
+        }
+        if !valid {
+            self.batch.points.truncate(before);
+            self.batch.z.truncate(z_before);
+            return false;
+        }
+        let first = self.counts.records;
+        self.batch.records.extend(first..first + n as u64);
+        self.counts.records += n as u64;
+        self.counts.points += n as u64;
+        *self.padded += padded;
+        true
+    }
+
     /// Takes a record that is no valid point: an error, or counted.
     #[cold]
     pub fn invalid(&mut self, place: impl FnOnce() -> Place, found: impl FnOnce() -> String) -> Result<(), InputError> {

@@ -6,20 +6,27 @@
 
 use super::bytes::{ByteInput, Counted, open_file};
 use super::reader::Reader;
+use super::sample::{RandomAccess, sample};
 use super::sink::Sink;
 use super::{Format, InputCounts, InputError, InputOptions, PointBatch};
+use crate::geometry::Point;
 use std::collections::VecDeque;
 use std::fmt;
+use std::fs::Metadata;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// An input and, if it is open, its reader.
 struct Input {
     path: Arc<Path>,
     format: Option<Format>,
     size: Option<u64>,
+    modified: Option<SystemTime>,
+    /// The points that it claimed when it was looked at.
+    expected: Option<u64>,
     opened: Option<Opened>,
 }
 
@@ -60,6 +67,9 @@ pub struct PointSource {
     has_z: bool,
     crs: Option<String>,
     total_bytes: Option<u64>,
+    /// All inputs, if each one can be read in any order.
+    files: Option<Vec<(Arc<Path>, RandomAccess)>>,
+    identity: Option<String>,
     /// Bytes of the inputs that are done.
     done_bytes: u64,
     /// Name and records of each input that is done.
@@ -119,6 +129,8 @@ impl PointSource {
             has_z: false,
             crs: None,
             total_bytes: Some(0),
+            files: Some(Vec::new()),
+            identity: Some(format!("{options:?}")),
             done_bytes: 0,
             done: Vec::new(),
         })
@@ -128,12 +140,7 @@ impl PointSource {
         let Some(format) = self.options.format.or_else(|| Format::from_path(path)) else {
             return Err(InputError::UnknownFormat { path: path.to_owned() });
         };
-        let mut input = Input {
-            path: path.into(),
-            format: Some(format),
-            size: None,
-            opened: None,
-        };
+        let mut input = Input::new(path, Some(format));
         let opened = input.open(&self.options)?;
         let once = input.size.is_none();
         let keep = self.inputs.is_empty() || once;
@@ -143,12 +150,7 @@ impl PointSource {
 
     fn add_stream(&mut self, name: &str, stream: Box<dyn Read + Send>) -> Result<(), InputError> {
         let taken = Arc::new(AtomicU64::new(0));
-        let input = Input {
-            path: Path::new(name).into(),
-            format: self.options.format,
-            size: None,
-            opened: None,
-        };
+        let input = Input::new(Path::new(name), self.options.format);
         let stream = Box::new(Counted::new(stream, taken.clone()));
         let opened = input.start(stream, taken, &self.options)?;
         self.add(input, opened, true);
@@ -159,6 +161,15 @@ impl PointSource {
         self.has_z |= opened.reader.has_z();
         self.total_bytes = self.total_bytes.zip(input.size).map(|(sum, size)| sum + size);
         self.take_crs(&*opened.reader);
+        match (&mut self.identity, input.identity()) {
+            (Some(all), Some(one)) => all.extend(["\n", one.as_str()]),
+            _ => self.identity = None,
+        }
+        match (&mut self.files, opened.reader.random_access()) {
+            (Some(files), Some(access)) => files.push((input.path.clone(), access)),
+            _ => self.files = None,
+        }
+        input.expected = opened.reader.expected_points();
         input.opened = keep.then_some(opened);
         self.inputs.push_back(input);
     }
@@ -251,6 +262,47 @@ impl PointSource {
         self.total_bytes
     }
 
+    /// How many points are still to come, as far as the inputs' beginnings tell: raw f64 by the file's size, LAS and LAZ
+    /// and `.node` by their headers. `None` if an input tells nothing, as text, GeoJSON, and raw f64 from a stream or gzip.
+    ///
+    /// An estimate, for plans and progress; 0 after an error. It is too high where records are withheld, filtered or invalid, and a header
+    /// may claim anything up to [`u64::MAX`]: allocate nothing by it.
+    #[must_use]
+    pub fn expected_points(&self) -> Option<u64> {
+        let left = |input: &Input| match &input.opened {
+            Some(opened) => opened.reader.expected_points(),
+            None => input.expected,
+        };
+        self.inputs
+            .iter()
+            .try_fold(0u64, |sum, input| Some(sum.saturating_add(left(input)?)))
+    }
+
+    /// About `count` points from all over the inputs, in input order, valid and normalized; the same for the same inputs.
+    /// They are runs of some 16 neighbours, evenly spread over the records of all inputs, what was read already included.
+    ///
+    /// The stream is left as it is: the files are opened again, and at most some 4 MiB are read from them, so that very
+    /// large counts (from 262144 on for pairs of f64) are not reached. Invalid points are left out without an error, as
+    /// are those that the options leave out, so that there are fewer points, or none, where these are many.
+    ///
+    /// Empty unless every input can be read in any order, since a sample of some inputs would mislead. Raw f64 and LAS can;
+    /// text, GeoJSON, `.node`, LAZ, gzip and streams cannot.
+    ///
+    /// # Errors
+    /// A file that can no longer be opened or read.
+    pub fn sample(&self, count: usize) -> Result<Vec<Point>, InputError> {
+        let files = self.files.iter().flatten();
+        sample(files.map(|(path, access)| (&**path, access)), count)
+    }
+
+    /// A text that tells these inputs and the options from others, so that work on them can be resumed: the options, and
+    /// of each file its absolute path, size in bytes and time of modification in nanoseconds since 1970, as at open.
+    /// `None` if an input is not a regular file. Only to be compared: what it looks like may change with the version.
+    #[must_use]
+    pub fn identity(&self) -> Option<String> {
+        self.identity.clone()
+    }
+
     /// Bytes taken from the inputs so far, for progress: of compressed files the compressed ones.
     #[must_use]
     pub fn bytes_read(&self) -> u64 {
@@ -283,10 +335,34 @@ impl fmt::Debug for PointSource {
 }
 
 impl Input {
+    fn new(path: &Path, format: Option<Format>) -> Self {
+        Self {
+            path: path.into(),
+            format,
+            size: None,
+            modified: None,
+            expected: None,
+            opened: None,
+        }
+    }
+
+    /// What tells the file from others, and from itself before a change.
+    fn identity(&self) -> Option<String> {
+        let path = std::path::absolute(&self.path).ok()?;
+        let (sign, distance) = match self.modified?.duration_since(UNIX_EPOCH) {
+            Ok(after) => ("", after),
+            Err(before) => ("-", before.duration()),
+        };
+        // Quoted, a path with line breaks in it cannot pass for two.
+        Some(format!("{path:?} {} {sign}{}", self.size?, distance.as_nanos()))
+    }
+
     /// Opens the file and starts its reader.
     fn open(&mut self, options: &InputOptions) -> Result<Opened, InputError> {
-        let (file, size) = open_file(&self.path)?;
+        let (file, metadata) = open_file(&self.path)?;
+        let size = metadata.as_ref().map(Metadata::len);
         self.size = size;
+        self.modified = metadata.and_then(|metadata| metadata.modified().ok());
         let taken = Arc::new(AtomicU64::new(0));
         if let (Some(Format::Las), Some(size)) = (self.format, size) {
             let reader = las_reader(&self.path, Counted::new(file, taken.clone()), size, options)?;

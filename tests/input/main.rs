@@ -1,5 +1,6 @@
 //! The readers: what a file holds comes out, numbered and checked, or an error tells what is wrong with it.
 
+mod ahead;
 mod hostile;
 mod node;
 mod raw;
@@ -30,6 +31,8 @@ struct Read {
 
 fn drain(mut source: PointSource) -> Result<Read, InputError> {
     let (mut points, mut z, mut records) = (Vec::new(), Vec::new(), Vec::new());
+    assert!(source.sample(64)?.into_iter().all(|p| p.is_valid()));
+    let expected = source.expected_points();
     let mut batch = PointBatch::default();
     while source.next_batch(&mut batch)? {
         assert!((1..=8192).contains(&batch.len()), "a batch of {} points", batch.len());
@@ -53,6 +56,10 @@ fn drain(mut source: PointSource) -> Result<Read, InputError> {
     assert_eq!(
         counts.records,
         counts.points + counts.withheld + counts.filtered + counts.invalid
+    );
+    assert!(
+        expected.is_none_or(|expected| expected.abs_diff(counts.records) <= 1),
+        "a rest is a record"
     );
     Ok(Read {
         points,

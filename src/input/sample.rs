@@ -1,0 +1,100 @@
+//! A few points from all over the inputs, before any of them is read.
+//!
+//! In: files whose records have one length each, so that any of them can be read without those before it. Out: points
+//! in input order. All records of all files are taken as one sequence and cut into equal parts, each of which gives a few
+//! neighbours, at a place in it that a hash of its number tells: evenly spaced places would beat with the rows of a grid
+//! or the lines of a scanner. No random numbers: the same inputs give the same sample.
+
+use super::InputError;
+use super::bytes::open_file;
+use crate::geometry::Point;
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::ops::Range;
+use std::path::Path;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// The most bytes that are read, one record per part aside.
+const MOST_BYTES: usize = 4 << 20;
+
+/// The most parts: each one costs a read.
+const MOST_PARTS: usize = 4096;
+
+/// Points that a part gives, unless there are too many parts: neighbours in a file are often neighbours in the plane,
+/// and tell less than points from elsewhere.
+const NEIGHBOURS: usize = 16;
+
+/// The point of a record, if the record is one to keep; it may be invalid.
+type Decode = dyn Fn(&[u8]) -> Option<Point> + Send + Sync;
+
+/// How to read the records of a file in any order. They all lie within the file's size as it was at open.
+pub(super) struct RandomAccess {
+    /// The first byte of the first record.
+    pub start: u64,
+    /// The number of records.
+    pub count: u64,
+    /// The bytes of a record; not 0.
+    pub length: usize,
+    pub decode: Box<Decode>,
+}
+
+/// About `count` valid points of the files, in order; fewer if there are not as many.
+pub(super) fn sample<'a>(
+    files: impl Iterator<Item = (&'a Path, &'a RandomAccess)> + Clone,
+    count: usize,
+) -> Result<Vec<Point>, InputError> {
+    let total = files
+        .clone()
+        .fold(0u64, |sum, (_, file)| sum.saturating_add(file.count));
+    let longest = files.clone().map(|(_, file)| file.length).max().unwrap_or(1);
+    let parts = parts(total, count.min(MOST_BYTES / longest));
+    let mut points = Vec::new();
+    let mut before = 0u64;
+    for (path, records) in files {
+        let end = before.saturating_add(records.count);
+        let first = parts.partition_point(|part| part.end <= before);
+        let here = parts[first..].iter().take_while(|part| part.start < end);
+        let mut here = here.map(|part| part.start.max(before) - before..part.end.min(end) - before);
+        if let Some(part) = here.next() {
+            let (mut file, _) = open_file(path)?;
+            for part in std::iter::once(part).chain(here) {
+                let offset = records.start + part.start * records.length as u64;
+                let bytes = read(&mut file, offset, (part.end - part.start) as usize * records.length);
+                let bytes = bytes.map_err(|source| InputError::Read {
+                    path: path.to_owned(),
+                    offset,
+                    source,
+                })?;
+                let found = bytes.chunks_exact(records.length).filter_map(&records.decode);
+                points.extend(found.filter(|point| point.is_valid()).map(Point::normalized));
+            }
+        }
+        before = end;
+    }
+    Ok(points)
+}
+
+/// Ranges of about `count` of the numbers below `total`, ascending and apart.
+fn parts(total: u64, count: usize) -> Vec<Range<u64>> {
+    let parts = count.div_ceil(NEIGHBOURS).min(MOST_PARTS) as u64;
+    if parts == 0 {
+        return Vec::new();
+    }
+    let wanted = (count as u64).div_ceil(parts);
+    let cut = |part: u64| (u128::from(total) * u128::from(part) / u128::from(parts)) as u64;
+    let part = |n: u64| {
+        let (start, end) = (cut(n), cut(n + 1));
+        let length = wanted.min(end - start);
+        let start = start + xxh3_64(&n.to_le_bytes()) % (end - start - length + 1);
+        start..start + length
+    };
+    (0..parts).map(part).filter(|part| !part.is_empty()).collect()
+}
+
+/// The bytes of the file from an offset on: fewer if it has become shorter, which the real reading reports.
+fn read(file: &mut File, offset: u64, length: usize) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::with_capacity(length);
+    file.seek(SeekFrom::Start(offset))?;
+    file.take(length as u64).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
