@@ -2,8 +2,10 @@
 
 use std::fs;
 
-/// A quarter of the smaller of the machine's memory and the limit of the process's cgroup; 1 GiB where neither is known.
-pub(super) fn default_memory() -> u64 {
+/// A quarter of the smaller of the machine's memory and the limit of the process's cgroup, in bytes; 1 GiB where neither is
+/// known.
+#[must_use]
+pub fn default_memory() -> u64 {
     let limits = [installed_memory(), cgroup_limit()];
     limits.into_iter().flatten().min().map_or(1 << 30, |bytes| bytes / 4)
 }

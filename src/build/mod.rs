@@ -39,7 +39,7 @@ use crate::input::PointBatch;
 use crate::io::ThreadsFile;
 use crate::store::{Directory, Extent, Metadata, Source, TileEntry, TileWriter};
 
-pub use budget::peak_memory;
+pub use budget::{default_memory, peak_memory};
 pub use error::BuildError;
 pub use options::{BuildOptions, Duplicates, Phase, Progress, UnknownDuplicates};
 pub use summary::{BuildSummary, LevelSummary, PhaseSummary};
