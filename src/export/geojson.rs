@@ -7,21 +7,17 @@
 //! A tile knows where the corners are that other tiles own, but not their z. Those tiles are fetched through the reader's
 //! cache; tiles lie in spatial order, so most of them are there.
 
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::sync::Arc;
-use std::thread::available_parallelism;
 
 use futures::stream::StreamExt;
 
 use super::ExportError;
 use super::numbering::Numbering;
-use super::output::{Job, Output, blocking};
+use super::output::{Job, Output};
+use super::part::{Cut, ForeignZ, PIECE_BYTES, Part};
 use super::text::{put, put_number, put_vertex};
-use crate::store::{ReadError, Tile, VertexId};
-
-/// The z of vertices of other tiles, by tile.
-type ForeignZ = BTreeMap<VertexId, f64>;
+use crate::store::{Needs, ReadError, Tile, joined, spawn};
 
 pub(super) async fn write<W: Write + Send + 'static>(
     job: &mut Job<'_>,
@@ -29,35 +25,59 @@ pub(super) async fn write<W: Write + Send + 'static>(
 ) -> Result<(), ExportError> {
     job.passes(1);
     let has_triangles = job.reader().directory().metadata.triangles > 0;
-    let threads = available_parallelism().map_or(1, usize::from);
+    let plan = job.reader().plan(needs(&job.numbering))?;
     let numbering = Arc::clone(&job.numbering);
-    let features = job
-        .reader()
-        .tiles()
-        .map(move |tile| {
-            let numbering = Arc::clone(&numbering);
-            async move {
-                let tile = tile?;
-                let foreign = foreign_z(&numbering, &tile).await?;
-                blocking(move || {
-                    let mut out = Vec::new();
-                    let written = if has_triangles {
-                        put_polygons(&numbering, &tile, &foreign, &mut out)
+    let tiles = job.reader().pass(job.reader().tile_ids(), plan).map(move |tile| {
+        let numbering = Arc::clone(&numbering);
+        let task = tile.map(|tile| {
+            tokio::spawn(async move {
+                let foreign = Arc::new(foreign_z(&numbering, &tile).await?);
+                spawn(move || {
+                    let tile = Arc::new(tile);
+                    let triangles = numbering.cut(&tile, Cut::Triangles, &foreign)?;
+                    // In a file without triangles, tiles must have none either.
+                    if has_triangles {
+                        Ok(triangles)
                     } else {
-                        put_points(&numbering, &tile, &mut out)
-                    };
-                    let damaged = |reason| ExportError::Read(numbering.reader().damaged(tile.id(), reason));
-                    written.map(|()| out).map_err(damaged)
+                        numbering.cut(&tile, Cut::Vertices, &foreign)
+                    }
                 })
                 .await?
-            }
-        })
-        .buffered(threads);
+            })
+        });
+        async move { joined(task?).await? }
+    });
+    let features = move |numbering: &Numbering, part: &Part, out: &mut Vec<u8>| {
+        out.reserve(PIECE_BYTES as usize);
+        if has_triangles {
+            put_polygons(numbering, part, out)
+        } else {
+            put_points(numbering, part, out)
+        }
+    };
     output
         .push(b"{\"type\":\"FeatureCollection\",\"features\":[\n".to_vec())
         .await?;
-    job.write_all(output, features.boxed(), b",\n").await?;
+    job.write_parts(output, tiles.buffered(plan.threads), plan, b",\n", features)
+        .await?;
     output.push(b"\n]}\n".to_vec()).await
+}
+
+/// What the pass needs memory for.
+fn needs(numbering: &Numbering) -> Needs {
+    let needs = Job::needs();
+    // Where the texts of a part's vertices are, and these.
+    let mut needs = Needs {
+        per_thread: needs.per_thread + PIECE_BYTES / 2,
+        per_vertex: size_of::<u32>() as u64,
+        ..needs
+    };
+    if numbering.has_z() {
+        // For each tile that is looked at, another one, from the cache or on its way there.
+        needs.fixed += numbering.reader().cache().capacity() as u64;
+        needs.per_thread += numbering.reader().largest_tile();
+    }
+    needs
 }
 
 /// The z of the corners of a tile's own triangles that other tiles own.
@@ -91,34 +111,41 @@ async fn foreign_z(numbering: &Numbering, tile: &Tile) -> Result<ForeignZ, ReadE
     Ok(foreign)
 }
 
-fn put_polygons(numbering: &Numbering, tile: &Tile, foreign: &ForeignZ, out: &mut Vec<u8>) -> Result<(), String> {
-    // A vertex is a corner of six triangles on average, and stands twice in one of three: its text is made once.
-    let mut text = Vec::new();
-    let mut ends = Vec::with_capacity(tile.vertex_count() as usize + 1);
-    ends.push(0);
-    for vertex in 0..tile.vertex_count() {
-        text.push(b'[');
-        put_vertex(numbering, tile, vertex, b',', None, &mut text)?;
-        text.push(b']');
-        ends.push(text.len());
-    }
-    let put_position = |corner: u32, out: &mut Vec<u8>| {
-        if corner < tile.vertex_count() {
-            out.extend_from_slice(&text[ends[corner as usize]..ends[corner as usize + 1]]);
-            return;
+fn put_polygons(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), String> {
+    let tile = &part.tile;
+    // A vertex is a corner of six triangles on average, and stands twice in one of three: its text is made once for the part.
+    let mut texts = Vec::with_capacity(PIECE_BYTES as usize / 2);
+    // Where the text of a vertex starts, from 1; it ends with its bracket. 0 if there is none yet.
+    let mut starts = vec![0u32; tile.vertex_count() as usize];
+    let mut put_position = |corner: u32, out: &mut Vec<u8>| -> Result<(), String> {
+        if let Some(start) = starts.get_mut(corner as usize) {
+            if *start == 0 {
+                *start = texts.len() as u32 + 1;
+                texts.push(b'[');
+                put_vertex(numbering, tile, corner, b',', None, &mut texts)?;
+                texts.push(b']');
+            }
+            let text = &texts[*start as usize - 1..];
+            let end = text
+                .iter()
+                .position(|&byte| byte == b']')
+                .map_or(text.len(), |end| end + 1);
+            out.extend_from_slice(&text[..end]);
+            return Ok(());
         }
         let vertex = tile.vertex(corner);
         out.push(b'[');
         put_number(out, vertex.point.x);
         out.push(b',');
         put_number(out, vertex.point.y);
-        if let Some(&z) = foreign.get(&vertex.id) {
+        if let Some(&z) = part.foreign_z.get(&vertex.id) {
             out.push(b',');
             put_number(out, z);
         }
         out.push(b']');
+        Ok(())
     };
-    numbering.for_each_triangle(tile, |corners, [a, b, c]| {
+    numbering.for_each_triangle(part, |corners, [a, b, c]| {
         let separator = if out.is_empty() { "" } else { ",\n" };
         put(
             out,
@@ -128,19 +155,19 @@ fn put_polygons(numbering: &Numbering, tile: &Tile, foreign: &ForeignZ, out: &mu
             ),
         );
         for corner in corners {
-            put_position(corner, out);
+            put_position(corner, out)?;
             out.push(b',');
         }
-        put_position(corners[0], out);
+        put_position(corners[0], out)?;
         out.extend_from_slice(b"]]}}");
         Ok(())
     })
 }
 
-fn put_points(numbering: &Numbering, tile: &Tile, out: &mut Vec<u8>) -> Result<(), String> {
-    for (vertex, number) in (0..tile.vertex_count()).zip(numbering.start(tile)..) {
+fn put_points(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), String> {
+    for (vertex, number) in numbering.vertices(part) {
         let separator = if out.is_empty() { "" } else { ",\n" };
-        let record = tile.record(vertex);
+        let record = part.tile.record(vertex);
         put(
             out,
             format_args!(
@@ -148,9 +175,8 @@ fn put_points(numbering: &Numbering, tile: &Tile, out: &mut Vec<u8>) -> Result<(
                  \"geometry\":{{\"type\":\"Point\",\"coordinates\":["
             ),
         );
-        put_vertex(numbering, tile, vertex, b',', None, out)?;
+        put_vertex(numbering, &part.tile, vertex, b',', None, out)?;
         out.extend_from_slice(b"]}}");
     }
-    // The counts of triangles must be right here too.
-    numbering.for_each_triangle(tile, |_, _| Ok(()))
+    Ok(())
 }

@@ -1,12 +1,13 @@
 //! The triangulation in formats that other programs read.
 //!
-//! In: an open tile file. Out: its vertices and triangles, tile by tile, to anything that takes bytes. Memory is bounded by a
-//! few tiles and eight bytes for each tile of the file.
+//! In: an open tile file. Out: its vertices and triangles, tile by tile, to anything that takes bytes. Memory is bounded by
+//! what the reader [may use](crate::store::OpenOptions::memory): a few tiles, a few parts of them as bytes, and eight bytes for
+//! each tile of the file.
 //!
 //! ```text
-//! reader ──▶ numbering ──▶ ply, node, obj, geojson ──▶ output ──▶ io::Write
-//!            one number     a tile's bytes at a time,   order, buffer,
-//!            per vertex     on blocking threads          blocking thread
+//! reader ──▶ numbering ──▶ part ──▶ ply, node, obj, geojson ──▶ output ──▶ io::Write
+//!            one number     of a     a part's bytes at a time,   order, buffer,
+//!            per vertex     tile     on blocking threads          blocking thread
 //! ```
 //!
 //! Vertices are numbered through the file: in the order of the tiles, and within each as they stand. All formats have them
@@ -20,6 +21,7 @@ mod node;
 mod numbering;
 mod obj;
 mod output;
+mod part;
 mod ply;
 mod text;
 
@@ -38,7 +40,7 @@ use output::Job;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
-    /// The tile file cannot be read, or is damaged.
+    /// The tile file cannot be read, or is damaged, or a tile does not fit in the memory that its reader may use.
     #[error(transparent)]
     Read(#[from] ReadError),
     /// An output does not take what is written; [`source`](std::error::Error::source) says why.
@@ -73,13 +75,14 @@ pub struct Exported<W> {
 
 /// Writes a triangulation in another format. Must be awaited within a tokio runtime.
 ///
-/// There must be one output for each of the format's [`suffixes`](Format::suffixes), in their order. They get pieces of about
-/// a mebibyte or a tile, on threads for blocking work, so they need no buffer. `progress` is told how many tiles of how many
+/// There must be one output for each of the format's [`suffixes`](Format::suffixes), in their order. They get pieces of one or
+/// two mebibytes, on threads for blocking work, so they need no buffer. `progress` is told how many tiles of how many
 /// are done; formats that list vertices before triangles count every tile twice. Dropping the future stops the
 /// export after the piece that is being written.
 ///
 /// # Errors
-/// If the file cannot be read or is damaged, an output fails, or the format has no room for the triangulation.
+/// If the file cannot be read or is damaged, an output fails, the memory that the reader may use does not suffice for a tile,
+/// or the format has no room for the triangulation.
 ///
 /// # Panics
 /// If the number of outputs is not that of the format's suffixes.

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::ExportError;
 use super::numbering::Numbering;
 use super::output::{Job, Output};
+use super::part::{Cut, Part};
 use super::text::{comments, put, put_vertex};
-use crate::store::Tile;
 
 pub(super) async fn write<W: Write + Send + 'static>(
     job: &mut Job<'_>,
@@ -20,7 +20,7 @@ pub(super) async fn write<W: Write + Send + 'static>(
     let attributes = u8::from(metadata.has_z);
     node.push(header(job, &format!("{vertices} 2 {attributes} 0"))).await?;
     ele.push(header(job, &format!("{triangles} 3 0"))).await?;
-    job.pass(node, put_nodes).await?;
+    job.pass(node, Cut::Vertices, put_nodes).await?;
     // The numbers of triangles go through the file too.
     let counts = job
         .reader()
@@ -33,15 +33,15 @@ pub(super) async fn write<W: Write + Send + 'static>(
         Some(*sum - count)
     });
     let first: Arc<[u64]> = first.collect();
-    let elements = move |numbering: &Numbering, tile: &Tile, out: &mut Vec<u8>| {
-        let mut triangle = first[tile.id().0 as usize];
-        numbering.for_each_triangle(tile, |_, [a, b, c]| {
+    let elements = move |numbering: &Numbering, part: &Part, out: &mut Vec<u8>| {
+        let mut triangle = first[part.tile.id().0 as usize] + u64::from(part.owned_before);
+        numbering.for_each_triangle(part, |_, [a, b, c]| {
             put(out, format_args!("{triangle} {a} {b} {c}\n"));
             triangle += 1;
             Ok(())
         })
     };
-    job.pass(ele, elements).await
+    job.pass(ele, Cut::Triangles, elements).await
 }
 
 fn header(job: &Job<'_>, counts: &str) -> Vec<u8> {
@@ -53,10 +53,10 @@ fn header(job: &Job<'_>, counts: &str) -> Vec<u8> {
     out
 }
 
-fn put_nodes(numbering: &Numbering, tile: &Tile, out: &mut Vec<u8>) -> Result<(), String> {
-    for (vertex, number) in (0..tile.vertex_count()).zip(numbering.start(tile)..) {
+fn put_nodes(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), String> {
+    for (vertex, number) in numbering.vertices(part) {
         put(out, format_args!("{number} "));
-        put_vertex(numbering, tile, vertex, b' ', None, out)?;
+        put_vertex(numbering, &part.tile, vertex, b' ', None, out)?;
         out.push(b'\n');
     }
     Ok(())

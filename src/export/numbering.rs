@@ -3,6 +3,7 @@
 //! Tiles check themselves when they are loaded, but not against each other nor against the directory's counts, which
 //! headers are written from. Here that is made up for: what contradicts becomes an error, and never a broken output.
 
+use super::part::Part;
 use crate::store::{Directory, Tile, TileReader, VertexId};
 
 /// The number of each tile's first vertex.
@@ -54,16 +55,14 @@ impl Numbering {
         }
     }
 
-    /// Hands out the triangles that belong to a tile: their corners, and their vertices' numbers. An error if there are not as
-    /// many as the directory says.
+    /// Hands out the triangles of a part that belong to its tile: their corners, and their vertices' numbers.
     pub(super) fn for_each_triangle(
         &self,
-        tile: &Tile,
+        Part { tile, range, .. }: &Part,
         mut take: impl FnMut([u32; 3], [u64; 3]) -> Result<(), String>,
     ) -> Result<(), String> {
         let start = self.start(tile);
-        let (mut found, expected) = (0, self.directory().tiles[tile.id().0 as usize].owned_triangles);
-        for triangle in tile.owned_triangles() {
+        for triangle in range.clone().filter(|&triangle| tile.owns(triangle)) {
             let corners = tile.corners(triangle);
             let mut numbers = corners.map(|corner| start + u64::from(corner));
             for (corner, number) in corners.into_iter().zip(&mut numbers) {
@@ -72,15 +71,16 @@ impl Numbering {
                 }
             }
             take(corners, numbers)?;
-            found += 1;
         }
-        if found == expected {
-            Ok(())
-        } else {
-            Err(format!(
-                "{found} triangles belong to it, and {expected} by the directory"
-            ))
-        }
+        Ok(())
+    }
+
+    /// The vertices of a part, and their numbers through the file.
+    pub(super) fn vertices(&self, part: &Part) -> impl Iterator<Item = (u32, u64)> + use<> {
+        let start = self.start(&part.tile);
+        part.range
+            .clone()
+            .map(move |vertex| (vertex, start + u64::from(vertex)))
     }
 
     /// Whether the vertices have a z.

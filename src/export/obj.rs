@@ -5,8 +5,8 @@ use std::io::Write;
 use super::ExportError;
 use super::numbering::Numbering;
 use super::output::{Job, Output};
+use super::part::{Cut, Part};
 use super::text::{comments, put, put_vertex};
-use crate::store::Tile;
 
 pub(super) async fn write<W: Write + Send + 'static>(
     job: &mut Job<'_>,
@@ -24,21 +24,21 @@ pub(super) async fn write<W: Write + Send + 'static>(
         format_args!("# {vertices} vertices, {triangles} triangles\n"),
     );
     output.push(header).await?;
-    job.pass(output, put_vertices).await?;
-    job.pass(output, put_faces).await
+    job.pass(output, Cut::Vertices, put_vertices).await?;
+    job.pass(output, Cut::Triangles, put_faces).await
 }
 
-fn put_vertices(numbering: &Numbering, tile: &Tile, out: &mut Vec<u8>) -> Result<(), String> {
-    for vertex in 0..tile.vertex_count() {
+fn put_vertices(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), String> {
+    for (vertex, _) in numbering.vertices(part) {
         out.extend_from_slice(b"v ");
-        put_vertex(numbering, tile, vertex, b' ', Some(0.0), out)?;
+        put_vertex(numbering, &part.tile, vertex, b' ', Some(0.0), out)?;
         out.push(b'\n');
     }
     Ok(())
 }
 
-fn put_faces(numbering: &Numbering, tile: &Tile, out: &mut Vec<u8>) -> Result<(), String> {
-    numbering.for_each_triangle(tile, |_, vertices| {
+fn put_faces(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), String> {
+    numbering.for_each_triangle(part, |_, vertices| {
         let [a, b, c] = vertices.map(|vertex| vertex + 1);
         put(out, format_args!("f {a} {b} {c}\n"));
         Ok(())

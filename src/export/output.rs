@@ -1,16 +1,20 @@
 //! The way of a tile's bytes to where they are written.
 
 use std::io::{self, Write};
+use std::pin::pin;
 use std::sync::Arc;
 
-use futures::stream::{Stream, StreamExt};
+use futures::stream::{self, Stream, StreamExt};
 
 use super::ExportError;
 use super::numbering::Numbering;
-use crate::store::{Tile, TileReader};
+use super::part::{Cut, PIECE_BYTES, Part};
+use crate::store::{Needs, Plan, ReadError, TileReader, spawn};
 
-/// Bytes that are written at once, if tiles are small.
+/// Bytes that are written at once, at least, but for the last.
 const BUFFER: usize = 1 << 20;
+/// Pieces of output that wait to be written, beside those that are being made.
+const PIECES_AHEAD: usize = 2;
 
 /// Runs what takes long on a thread for blocking work.
 pub(super) async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, ExportError> {
@@ -109,6 +113,17 @@ impl<'a> Job<'a> {
         self.numbering.reader()
     }
 
+    /// What a pass needs memory for, if tiles are formatted as they are.
+    pub(super) fn needs() -> Needs {
+        Needs {
+            // Beside those that wait, one is being written, and one is being appended to what was written last. Pieces are
+            // made by one thread and dropped by another, so the allocator keeps several times as much.
+            fixed: 4 * (PIECES_AHEAD as u64 + 2) * PIECE_BYTES,
+            per_thread: PIECE_BYTES,
+            per_vertex: 0,
+        }
+    }
+
     /// Announces so many passes over all tiles.
     pub(super) fn passes(&mut self, passes: u64) {
         self.total = passes * self.reader().directory().tiles.len() as u64;
@@ -120,33 +135,60 @@ impl<'a> Job<'a> {
         (self.progress)(self.done, self.total);
     }
 
-    /// Writes what `format` makes of each tile, in order. An error of `format` says what is wrong with the tile.
-    pub(super) async fn pass<W, F>(&mut self, output: &mut Output<W>, format: F) -> Result<(), ExportError>
+    /// Writes what `format` makes of each part of each tile, in order. An error of `format` says what is wrong with the tile.
+    pub(super) async fn pass<W, F>(&mut self, output: &mut Output<W>, cut: Cut, format: F) -> Result<(), ExportError>
     where
         W: Write + Send + 'static,
-        F: Fn(&Numbering, &Tile, &mut Vec<u8>) -> Result<(), String> + Clone + Send + 'static,
+        F: Fn(&Numbering, &Part, &mut Vec<u8>) -> Result<(), String> + Clone + Send + 'static,
     {
+        let plan = self.reader().plan(Self::needs())?;
+        let tiles = self.reader().pass(self.reader().tile_ids(), plan);
         let numbering = Arc::clone(&self.numbering);
-        let pieces = self.reader().for_each_tile(move |tile| {
-            let mut bytes = Vec::new();
-            let formatted = format(&numbering, tile, &mut bytes);
-            let damaged = |reason| ExportError::Read(numbering.reader().damaged(tile.id(), reason));
-            formatted.map(|()| bytes).map_err(damaged)
+        let tiles = tiles.map(move |tile| {
+            let numbering = Arc::clone(&numbering);
+            async move {
+                let tile = tile?;
+                spawn(move || numbering.cut(&Arc::new(tile), cut, &Arc::default())).await?
+            }
         });
-        let pieces = pieces.map(|piece| piece.map_err(ExportError::Read).flatten());
-        self.write_all(output, pieces, b"").await
+        self.write_parts(output, tiles.buffered(plan.threads), plan, b"", format)
+            .await
     }
 
-    /// Writes a piece for each tile, with a separator between those that are not empty.
-    pub(super) async fn write_all<W: Write + Send + 'static>(
+    /// Writes what `format` makes of each part, with a separator between those of which it makes anything.
+    pub(super) async fn write_parts<W, F>(
         &mut self,
         output: &mut Output<W>,
-        mut pieces: impl Stream<Item = Result<Vec<u8>, ExportError>> + Unpin,
+        tiles: impl Stream<Item = Result<Vec<Part>, ReadError>> + Unpin,
+        plan: Plan,
         separator: &[u8],
-    ) -> Result<(), ExportError> {
+        format: F,
+    ) -> Result<(), ExportError>
+    where
+        W: Write + Send + 'static,
+        F: Fn(&Numbering, &Part, &mut Vec<u8>) -> Result<(), String> + Clone + Send + 'static,
+    {
+        let numbering = Arc::clone(&self.numbering);
+        let parts = tiles.flat_map(|parts| match parts {
+            Ok(parts) => stream::iter(parts).map(Ok).left_stream(),
+            Err(error) => stream::iter([Err(error)]).right_stream(),
+        });
+        let pieces = parts.map(|part| {
+            let (numbering, format) = (Arc::clone(&numbering), format.clone());
+            let piece = part.map(|part| {
+                spawn(move || {
+                    let mut bytes = Vec::new();
+                    let damaged = |reason| numbering.reader().damaged(part.tile.id(), reason);
+                    format(&numbering, &part, &mut bytes).map_err(damaged)?;
+                    Ok::<_, ReadError>((bytes, part.is_last))
+                })
+            });
+            async move { piece?.await? }
+        });
+        let mut pieces = pin!(pieces.buffered(plan.threads + PIECES_AHEAD));
         let mut first = true;
         while let Some(piece) = pieces.next().await {
-            let piece = piece?;
+            let (piece, ends_tile) = piece?;
             if !piece.is_empty() {
                 if !first && !separator.is_empty() {
                     output.push(separator.to_vec()).await?;
@@ -154,7 +196,9 @@ impl<'a> Job<'a> {
                 first = false;
                 output.push(piece).await?;
             }
-            self.advance();
+            if ends_tile {
+                self.advance();
+            }
         }
         Ok(())
     }

@@ -14,8 +14,9 @@ use futures::stream::StreamExt;
 use super::ExportError;
 use super::numbering::Numbering;
 use super::output::{Job, Output};
+use super::part::{Cut, Part};
 use super::text::{comments, put};
-use crate::store::{Metadata, Tile};
+use crate::store::{Metadata, Needs, Tile};
 
 /// Vertices that a `uint` can number.
 const MAX_VERTICES: u64 = 1 << 32;
@@ -45,11 +46,12 @@ pub(super) async fn write<W: Write + Send + 'static>(
     output
         .push(header(&metadata, &comments(&job.numbering), records))
         .await?;
-    let vertices = move |numbering: &Numbering, tile: &Tile, out: &mut Vec<u8>| {
-        (0..tile.vertex_count()).try_for_each(|vertex| put_vertex(numbering, tile, vertex, records, out))
+    let vertices = move |numbering: &Numbering, part: &Part, out: &mut Vec<u8>| {
+        let mut vertices = part.range.clone();
+        vertices.try_for_each(|vertex| put_vertex(numbering, &part.tile, vertex, records, out))
     };
-    job.pass(output, vertices).await?;
-    job.pass(output, put_faces).await
+    job.pass(output, Cut::Vertices, vertices).await?;
+    job.pass(output, Cut::Triangles, put_faces).await
 }
 
 /// Finds out how record numbers are to be written, and announces the passes.
@@ -68,12 +70,12 @@ async fn record_type(job: &mut Job<'_>, metadata: &Metadata) -> Result<RecordTyp
         return Ok(RecordType::Uint);
     }
     job.passes(3);
-    let mut maxima = job.reader().for_each_tile(|tile| {
+    let mut maxima = job.reader().for_each_tile(Needs::default(), |tile| {
         (0..tile.vertex_count())
             .map(|vertex| tile.record(vertex))
             .max()
             .unwrap_or(0)
-    });
+    })?;
     let mut largest = 0;
     while let Some(maximum) = maxima.next().await {
         largest = largest.max(maximum?);
@@ -140,8 +142,8 @@ fn put_vertex(
     Ok(())
 }
 
-fn put_faces(numbering: &Numbering, tile: &Tile, out: &mut Vec<u8>) -> Result<(), String> {
-    numbering.for_each_triangle(tile, |_, vertices| {
+fn put_faces(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), String> {
+    numbering.for_each_triangle(part, |_, vertices| {
         out.push(3);
         for vertex in vertices {
             // There are at most 2^32 vertices.

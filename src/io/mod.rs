@@ -4,6 +4,7 @@
 //! fewer; a write that succeeded is seen by every later read of the same process, and is on the medium once
 //! [`WriteAt::sync`] succeeded. Dropping a future gives up on the answer, not on the operation.
 
+mod buffers;
 mod memory;
 mod pool;
 mod threads;
@@ -33,6 +34,9 @@ pub trait ReadAt: Send + Sync {
     fn read_many(&self, ranges: &[Range<u64>]) -> BoxFuture<'static, io::Result<Vec<Bytes>>> {
         try_join_all(ranges.iter().map(|range| self.read_at(range.clone()))).boxed()
     }
+
+    /// Says that a series of reads is over: memory that is kept to read into can be given back.
+    fn rest(&self) {}
 }
 
 /// A file that is written by byte range, from any thread.
@@ -59,5 +63,9 @@ impl<T: ReadAt + ?Sized> ReadAt for Arc<T> {
 
     fn read_many(&self, ranges: &[Range<u64>]) -> BoxFuture<'static, io::Result<Vec<Bytes>>> {
         (**self).read_many(ranges)
+    }
+
+    fn rest(&self) {
+        (**self).rest();
     }
 }

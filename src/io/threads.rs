@@ -10,6 +10,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use futures::future::BoxFuture;
 
+use super::buffers::Buffers;
 use super::{ReadAt, WriteAt, pool};
 
 /// A file on disk. Clones share it.
@@ -17,6 +18,7 @@ use super::{ReadAt, WriteAt, pool};
 pub struct ThreadsFile {
     file: Arc<File>,
     length: u64,
+    buffers: Buffers,
 }
 
 impl ThreadsFile {
@@ -33,6 +35,7 @@ impl ThreadsFile {
         Ok(Self {
             file: Arc::new(file),
             length: metadata.len(),
+            buffers: Buffers::default(),
         })
     }
 
@@ -50,6 +53,7 @@ impl ThreadsFile {
         Ok(Self {
             file: Arc::new(file),
             length: 0,
+            buffers: Buffers::default(),
         })
     }
 }
@@ -58,7 +62,11 @@ impl From<Arc<File>> for ThreadsFile {
     /// A file that was opened elsewhere; what is read from it is at most what was in it then.
     fn from(file: Arc<File>) -> Self {
         let length = file.metadata().map_or(0, |metadata| metadata.len());
-        Self { file, length }
+        Self {
+            file,
+            length,
+            buffers: Buffers::default(),
+        }
     }
 }
 
@@ -72,13 +80,17 @@ impl ReadAt for ThreadsFile {
     }
 
     fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>> {
-        let file = Arc::clone(&self.file);
+        let (file, buffers) = (Arc::clone(&self.file), self.buffers.clone());
         pool::run(move || {
             let length = usize::try_from(range.end.saturating_sub(range.start)).map_err(io::Error::other)?;
-            let mut buffer = vec![0; length];
-            file.read_exact_at(&mut buffer, range.start)?;
-            Ok(Bytes::from(buffer))
+            let mut buffer = buffers.take(length);
+            file.read_exact_at(buffer.as_mut(), range.start)?;
+            Ok(buffer.freeze())
         })
+    }
+
+    fn rest(&self) {
+        self.buffers.clear();
     }
 }
 

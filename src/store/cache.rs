@@ -58,6 +58,12 @@ impl Cache {
         }
     }
 
+    /// Bytes of tiles that it holds at most.
+    #[must_use]
+    pub fn capacity(&self) -> usize {
+        self.state.lock().capacity
+    }
+
     /// What the cache has done so far.
     #[must_use]
     pub fn statistics(&self) -> CacheStatistics {

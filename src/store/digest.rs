@@ -7,10 +7,10 @@
 use std::fmt;
 use std::ops::AddAssign;
 
-use futures::stream::{Stream, StreamExt, TryStreamExt};
+use futures::stream::TryStreamExt;
 use xxhash_rust::xxh3::xxh3_128;
 
-use super::{ReadError, Tile, TileReader};
+use super::{Needs, ReadError, Tile, TileReader};
 use crate::geometry::Point;
 
 /// A number of things, and the sum of their hashes.
@@ -108,40 +108,17 @@ impl TileReader {
     /// The digest of the whole file, which is read once. Must be awaited within a tokio runtime.
     ///
     /// # Errors
-    /// If a tile cannot be read.
+    /// If a tile cannot be read, or does not fit in the memory that the reader may use.
     pub async fn digest(&self) -> Result<Digest, ReadError> {
-        let digests = self.for_each_tile(|tile| {
+        let digests = self.for_each_tile(Needs::default(), |tile| {
             let mut digest = Digest::default();
-            digest.add_tile(tile);
+            digest.add_tile(&tile);
             digest
-        });
+        })?;
         let sum = |mut sum: Digest, digest| async move {
             sum += digest;
             Ok(sum)
         };
         digests.try_fold(Digest::default(), sum).await
-    }
-
-    /// What `compute` makes of each tile, in order. It runs on threads for blocking work, as many at once as the machine
-    /// has processors.
-    pub(crate) fn for_each_tile<T: Send + 'static, F: Fn(&Tile) -> T + Clone + Send + 'static>(
-        &self,
-        compute: F,
-    ) -> impl Stream<Item = Result<T, ReadError>> + Send + Unpin + use<T, F> {
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        let tasks = self.tiles().map(move |tile| {
-            let compute = compute.clone();
-            let task = tile.map(|tile| tokio::task::spawn_blocking(move || compute(&tile)));
-            async move {
-                match task?.await {
-                    Ok(result) => Ok(result),
-                    Err(error) => match error.try_into_panic() {
-                        Ok(panic) => std::panic::resume_unwind(panic),
-                        Err(_) => Err(ReadError::Cancelled),
-                    },
-                }
-            }
-        });
-        tasks.buffered(threads).boxed()
     }
 }

@@ -5,16 +5,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use bytes::Bytes;
-use futures::stream::{self, Stream, StreamExt};
 
 use super::superblock::{FIRST_EXTENT, Superblock};
 use super::{Cache, Directory, FileId, Tile, TileEntry, TileId};
 use crate::io::{ReadAt, ThreadsFile};
 
-/// Bytes of tiles that a scan reads ahead.
-const SCAN_AHEAD: u64 = 32 << 20;
-/// Bytes of the cache that a reader makes for itself.
-const DEFAULT_CACHE: usize = 64 << 20;
+/// Bytes of the cache that a reader makes for itself, if it may use eight times as much memory.
+const DEFAULT_CACHE: u64 = 64 << 20;
 
 /// Why a tile file could not be read.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -60,6 +57,19 @@ pub enum ReadError {
         /// Tiles in the file.
         tiles: usize,
     },
+    /// What was asked for needs more memory than the reader may use.
+    #[error(
+        "{file}: this takes {needed} MiB of memory at least, and {allowed} MiB are allowed; allow more",
+        needed = needed.div_ceil(1 << 20), allowed = allowed >> 20
+    )]
+    Memory {
+        /// The file.
+        file: Arc<str>,
+        /// Bytes needed.
+        needed: u64,
+        /// Bytes allowed.
+        allowed: u64,
+    },
     /// The runtime was shut down under the load.
     #[error("the load was cancelled, because the runtime is shutting down")]
     Cancelled,
@@ -69,13 +79,27 @@ pub enum ReadError {
 #[derive(Clone, Default)]
 pub struct OpenOptions {
     cache: Option<Cache>,
+    memory: Option<u64>,
 }
 
 impl OpenOptions {
-    /// Puts tiles in this cache, which other readers may share. Without it a reader has a cache of 64 MiB of its own.
+    /// Puts tiles in this cache, which other readers may share. Without it a reader has a cache of its own, of 64 MiB or
+    /// an eighth of the [memory](Self::memory) that it may use.
     #[must_use]
     pub fn cache(mut self, cache: &Cache) -> Self {
         self.cache = Some(cache.clone());
+        self
+    }
+
+    /// Limits the memory that whatever passes over all tiles uses, in bytes: [`tiles`](TileReader::tiles),
+    /// [`digest`](TileReader::digest), [`verify`](TileReader::verify), [`export`](crate::export::export). Directory and
+    /// cache count, where they are used. Each works on as many tiles at once as fit, and fails with [`ReadError::Memory`] if
+    /// not even one does. Results do not depend on it. Without it, a pass reads 32 MiB ahead.
+    ///
+    /// The limit is on one pass at a time. A few mebibytes for threads and for what the allocator keeps come on top.
+    #[must_use]
+    pub fn memory(mut self, bytes: u64) -> Self {
+        self.memory = Some(bytes);
         self
     }
 }
@@ -92,13 +116,14 @@ struct Inner {
     superblock: Superblock,
     directory: Directory,
     cache: Cache,
+    memory: Option<u64>,
 }
 
 impl TileReader {
     /// Opens a file.
     ///
     /// # Errors
-    /// If it cannot be read, is no tile file, or its directory is damaged.
+    /// If it cannot be read, is no tile file, its directory is damaged, or larger than the memory to be used.
     pub async fn open(path: impl AsRef<Path>, options: OpenOptions) -> Result<Self, ReadError> {
         let path = path.as_ref();
         let name: Arc<str> = path.display().to_string().into();
@@ -139,6 +164,15 @@ impl TileReader {
             let reason = format!("it is cut off: it has {length} bytes of {}", superblock.file_length);
             return Err(invalid(reason));
         }
+        // The directory is there twice while it is decoded.
+        let needed = superblock.directory_length.saturating_mul(2);
+        if let Some(allowed) = options.memory.filter(|&memory| needed > memory) {
+            return Err(ReadError::Memory {
+                file: Arc::clone(&name),
+                needed,
+                allowed,
+            });
+        }
         let start = superblock.directory_offset;
         let bytes = source.read_at(start..start + superblock.directory_length).await;
         let bytes = bytes.map_err(io("the directory"))?;
@@ -148,7 +182,10 @@ impl TileReader {
         if superblock.file_id != FileId::of(&bytes) {
             return Err(invalid("its id is not that of its directory".to_owned()));
         }
-        let cache = options.cache.unwrap_or_else(|| Cache::new(DEFAULT_CACHE));
+        let cache = options.cache.unwrap_or_else(|| {
+            let share = options.memory.map_or(u64::MAX, |memory| memory / 8);
+            Cache::new(DEFAULT_CACHE.min(share) as usize)
+        });
         tracing::debug!(
             file = &*name,
             backend = source.backend(),
@@ -162,6 +199,7 @@ impl TileReader {
                 superblock,
                 directory,
                 cache,
+                memory: options.memory,
             }),
         })
     }
@@ -219,34 +257,40 @@ impl TileReader {
         self.inner.cache.get_or_load(key, || inner.load(id, entry)).await
     }
 
-    /// All tiles in order, read ahead of their consumer. What is not in the cache stays out of it, so that a scan does not
-    /// flush what queries keep hot. Must be polled within a tokio runtime.
-    pub fn tiles(&self) -> impl Stream<Item = Result<Arc<Tile>, ReadError>> + Send + Unpin + 'static {
-        let ids: Vec<_> = (0..self.directory().tiles.len() as u32).map(TileId).collect();
-        self.scan(ids)
+    /// Starts to load a tile, in a task of its own that goes on while its consumer computes. It is taken from the cache, but
+    /// not put there. Must be called within a tokio runtime.
+    pub(crate) fn load_ahead(
+        &self,
+        id: TileId,
+    ) -> impl Future<Output = Result<Arc<Tile>, ReadError>> + Send + 'static + use<> {
+        let inner = Arc::clone(&self.inner);
+        let load = tokio::spawn(async move {
+            if let Some(tile) = inner.cache.peek((inner.superblock.file_id, id)) {
+                return Ok(tile);
+            }
+            let entry = *inner.entry(id)?;
+            inner.load(id, entry).await
+        });
+        async move { load.await.unwrap_or_else(|_| Err(ReadError::Cancelled)) }
     }
 
-    /// Some tiles, in the order asked for, read ahead like [`tiles`](Self::tiles).
-    pub(crate) fn scan(
-        &self,
-        ids: Vec<TileId>,
-    ) -> impl Stream<Item = Result<Arc<Tile>, ReadError>> + Send + Unpin + 'static {
-        let inner = Arc::clone(&self.inner);
-        let mean = self.file_length() / self.directory().tiles.len().max(1) as u64;
-        let ahead = (SCAN_AHEAD / mean.max(1)).clamp(2, 64) as usize;
-        let loads = stream::iter(ids).map(move |id| {
-            let inner = Arc::clone(&inner);
-            // Tasks of their own go on while the consumer computes.
-            let load = tokio::spawn(async move {
-                if let Some(tile) = inner.cache.peek((inner.superblock.file_id, id)) {
-                    return Ok(tile);
-                }
-                let entry = *inner.entry(id)?;
-                inner.load(id, entry).await
-            });
-            async move { load.await.unwrap_or_else(|_| Err(ReadError::Cancelled)) }
-        });
-        loads.buffered(ahead).boxed()
+    /// Says that a pass over tiles is over.
+    pub(crate) fn rest(&self) {
+        self.inner.source.rest();
+    }
+
+    /// The bytes of memory that the reader may use, if there is a limit.
+    pub(crate) fn memory(&self) -> Option<u64> {
+        self.inner.memory
+    }
+
+    /// The error for a pass that needs so many bytes of memory at least.
+    pub(crate) fn too_little_memory(&self, needed: u64) -> ReadError {
+        ReadError::Memory {
+            file: Arc::clone(&self.inner.name),
+            needed,
+            allowed: self.inner.memory.unwrap_or(u64::MAX),
+        }
     }
 
     fn entry(&self, id: TileId) -> Result<&TileEntry, ReadError> {

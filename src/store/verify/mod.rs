@@ -23,12 +23,13 @@ mod tests;
 mod tile;
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use futures::stream::StreamExt;
 
-use super::{Directory, ReadError, Tile, TileId, TileReader};
+use super::{Directory, Needs, ReadError, Tile, TileId, TileReader, Workspaces};
 use crate::geometry::{Orientation, Point, Rect, orient2d};
-use tile::TileReport;
+use tile::{Places, TileReport};
 
 /// What is wrong with a tile.
 #[derive(Clone, Debug)]
@@ -99,16 +100,21 @@ impl TileReader {
     /// Checks the file; `deep` proves the triangulation too. Must be awaited within a tokio runtime.
     ///
     /// # Errors
-    /// The first thing that is wrong.
+    /// The first thing that is wrong, or if a tile does not fit in the memory that the reader may use.
     pub async fn verify(&self, deep: bool) -> Result<VerifyReport, VerifyError> {
         let directory = self.directory();
-        let cells = std::sync::Arc::new(directory.tree.cells());
+        let cells = Arc::new(directory.tree.cells());
         let has_triangles = directory.metadata.triangles > 0;
-        let mut reports = self.for_each_tile(move |tile| {
+        let needs = Needs {
+            per_vertex: tile::BYTES_PER_VERTEX,
+            ..Needs::default()
+        };
+        let places = Arc::new(Workspaces::<Places>::default());
+        let mut reports = self.for_each_tile(needs, move |tile| {
             let cell = cells[tile.id().0 as usize];
-            let report = tile::check(tile, cell, has_triangles, deep);
+            let report = places.with(|places| tile::check(&tile, cell, has_triangles, deep, places));
             (tile.id(), report)
-        });
+        })?;
         let mut totals = Totals::default();
         while let Some(report) = reports.next().await {
             let (tile, report) = report?;

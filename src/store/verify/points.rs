@@ -1,11 +1,21 @@
 //! The file against its input: every point is a vertex, and every vertex is the record that it says.
 
-use futures::stream::StreamExt;
+use std::ops::Range;
+use std::sync::Arc;
+
+use futures::stream::{self, StreamExt};
 
 use super::{VerifyError, VerifyReport};
 use crate::geometry::Point;
 use crate::input::PointBatch;
-use crate::store::{Tile, TileId, TileReader};
+use crate::store::{Directory, Needs, Plan, ReadError, Tile, TileId, TileReader, Workspaces, spawn};
+
+/// Bytes for points, bits and tiles, if the reader has no limit.
+const DEFAULT_MEMORY: u64 = 512 << 20;
+/// Points that are looked up at once, at least.
+const LEAST_POINTS: u64 = 1 << 16;
+/// Bytes that a look-up takes for each vertex of its tile: place and number to search in, and the number of what is found.
+const BYTES_PER_VERTEX: u64 = (size_of::<(Point, u32)>() + size_of::<u32>()) as u64;
 
 /// A point of the input, by the tile that must have it.
 struct Sought {
@@ -14,6 +24,9 @@ struct Sought {
     point: Point,
     z: f64,
 }
+
+/// The vertices of a tile in lexicographical order, with their numbers.
+type Vertices = Vec<(Point, u32)>;
 
 /// Which vertices have been found in the input.
 struct Seen {
@@ -26,29 +39,36 @@ impl TileReader {
     /// Checks that every point of the input is a vertex of the file, and that the record of every vertex lies where the
     /// vertex does, with the same z. `next` fills batches and says whether there was one.
     ///
-    /// The file is read once for each `memory` bytes of points; beyond that, memory grows by a bit for each vertex. Must be
-    /// awaited within a tokio runtime.
+    /// The points are looked up in parts, as many at once as fit in the memory that the reader may use, or in 512 MiB; each
+    /// part passes over the file once. Beside them there is a bit for each vertex. Must be awaited within a tokio runtime.
     ///
     /// # Errors
-    /// The first point or vertex without its like, or what `next` says.
+    /// The first point, in the order of the input, that is no vertex; the first vertex that is no point; or what `next` says;
+    /// or if the memory does not suffice for the bits and a tile.
     pub async fn verify_points<E: std::fmt::Display>(
         &self,
         mut next: impl FnMut(&mut PointBatch) -> Result<bool, E>,
-        memory: u64,
     ) -> Result<VerifyReport, VerifyError> {
-        let at_once = (memory / size_of::<Sought>() as u64).clamp(1 << 12, 1 << 28) as usize;
-        let tree = &self.directory().tree;
+        let directory = self.directory();
+        let (plan, at_once) = self.plan_points()?;
         let mut seen = Seen::new(self);
         let mut batch = PointBatch::default();
-        let mut sought = Vec::new();
+        let mut sought = Vec::with_capacity(at_once);
+        let vertices = Arc::default();
         let mut points = 0;
-        loop {
+        let mut end = None;
+        while end.is_none() {
             batch.clear();
-            let more = next(&mut batch).map_err(|error| VerifyError::Input(error.to_string()))?;
+            match next(&mut batch) {
+                Ok(true) => {}
+                Ok(false) => end = Some(Ok(())),
+                Err(error) => end = Some(Err(VerifyError::Input(error.to_string()))),
+            }
             for (i, (&point, &record)) in batch.points.iter().zip(&batch.records).enumerate() {
                 let point = point.normalized();
-                let Some(tile) = tree.tile_at(point) else {
-                    return Err(missing(record, point));
+                let Some(tile) = directory.tree.tile_at(point) else {
+                    end = Some(Err(missing(record, point)));
+                    break;
                 };
                 let z = batch.z.get(i).copied().unwrap_or(0.0);
                 points += 1;
@@ -58,16 +78,15 @@ impl TileReader {
                     point,
                     z,
                 });
-            }
-            if !more || sought.len() >= at_once {
-                self.find(&mut sought, &mut seen).await?;
-                sought.clear();
-            }
-            if !more {
-                break;
+                if sought.len() == at_once {
+                    sought = self.find(sought, &mut seen, plan, &vertices).await?;
+                }
             }
         }
-        if let Some((tile, vertex)) = seen.first_unseen(self.directory().metadata.vertices) {
+        // Whatever ends the input, what came before it is reported first, however the points were parted.
+        self.find(sought, &mut seen, plan, &vertices).await?;
+        end.unwrap_or(Ok(()))?;
+        if let Some((tile, vertex)) = seen.first_unseen(directory.metadata.vertices) {
             let tile = self.tile(tile).await?;
             let (record, p) = (tile.record(vertex), tile.point(vertex));
             return Err(VerifyError::Points(format!(
@@ -78,40 +97,108 @@ impl TileReader {
             )));
         }
         Ok(VerifyReport {
-            tiles: self.directory().tiles.len() as u64,
+            tiles: directory.tiles.len() as u64,
             vertices: points,
             ..VerifyReport::default()
         })
     }
 
-    /// Looks the points up, tile by tile.
-    async fn find(&self, sought: &mut [Sought], seen: &mut Seen) -> Result<(), VerifyError> {
-        sought.sort_unstable_by_key(|s| (s.tile, s.record));
-        let groups: Vec<&[Sought]> = sought.chunk_by(|a, b| a.tile == b.tile).collect();
-        let mut tiles = self.scan(groups.iter().map(|group| TileId(group[0].tile)).collect());
-        for group in groups {
-            let Some(tile) = tiles.next().await else { break };
-            find_in_tile(&*tile?, group, seen)?;
+    /// How to pass over the tiles, and how many points to look up at once.
+    fn plan_points(&self) -> Result<(Plan, usize), ReadError> {
+        let directory = self.directory();
+        let needs = |points: u64| Needs {
+            fixed: Seen::byte_size(directory) + points * size_of::<Sought>() as u64,
+            per_vertex: BYTES_PER_VERTEX,
+            ..Needs::default()
+        };
+        let memory = self.memory().unwrap_or(DEFAULT_MEMORY);
+        // The more points, the fewer passes; but tiles that are read ahead make these faster.
+        let left = memory.saturating_sub(needs(0).least(directory));
+        let points = left / 4 * 3 / size_of::<Sought>() as u64;
+        // The file has room for its vertices, whatever it says of points.
+        let points = points.min(directory.metadata.vertices).max(LEAST_POINTS);
+        Ok((self.plan(needs(points))?, points as usize))
+    }
+
+    /// Looks the points up, tile by tile; `vertices` is what to compute in. Returns their memory.
+    async fn find(
+        &self,
+        mut sought: Vec<Sought>,
+        seen: &mut Seen,
+        plan: Plan,
+        vertices: &Arc<Workspaces<Vertices>>,
+    ) -> Result<Vec<Sought>, VerifyError> {
+        let sorted = spawn(move || {
+            sought.sort_unstable_by_key(|s| (s.tile, s.record));
+            Arc::new(sought)
+        });
+        let mut sought = sorted.await?;
+        let mut end = 0;
+        let groups = sought.chunk_by(|a, b| a.tile == b.tile).map(|group| {
+            end += group.len();
+            (TileId(group[0].tile), end - group.len()..end)
+        });
+        let (tiles, groups): (Vec<TileId>, Vec<Range<usize>>) = groups.unzip();
+        let tiles = self.pass(tiles, plan).zip(stream::iter(groups));
+        let sought_by_all = &sought;
+        let lookups = tiles.map(|(tile, group)| {
+            let (sought, vertices) = (Arc::clone(sought_by_all), Arc::clone(vertices));
+            let task = tile.map(|tile| {
+                spawn(move || {
+                    let found = vertices.with(|vertices| find_in_tile(&tile, &sought[group], vertices));
+                    (tile.id(), found)
+                })
+            });
+            async move { task?.await }
+        });
+        let mut lookups = lookups.buffered(plan.threads);
+        // Points come in the order of their records, so the first that is missing is the same however they are parted.
+        let mut first_missing: Option<(u64, Point)> = None;
+        while let Some(lookup) = lookups.next().await {
+            let (tile, found) = lookup?;
+            match found {
+                Ok(vertices) => vertices.into_iter().for_each(|vertex| seen.set(tile, vertex)),
+                Err((record, p)) if first_missing.is_none_or(|(first, _)| record < first) => {
+                    first_missing = Some((record, p));
+                }
+                Err(_) => {}
+            }
         }
-        Ok(())
+        drop(lookups);
+        if let Some((record, p)) = first_missing {
+            return Err(missing(record, p));
+        }
+        // Tasks that are done hold it no more.
+        Ok(match Arc::get_mut(&mut sought) {
+            Some(sought) => {
+                let mut sought = std::mem::take(sought);
+                sought.clear();
+                sought
+            }
+            None => Vec::new(),
+        })
     }
 }
 
-fn find_in_tile(tile: &Tile, group: &[Sought], seen: &mut Seen) -> Result<(), VerifyError> {
-    let mut vertices: Vec<(Point, u32)> = tile.points().zip(0..).collect();
+/// Looks up the points that a tile must have: the vertices that are what they say, or the first point that is missing.
+fn find_in_tile(tile: &Tile, group: &[Sought], vertices: &mut Vec<(Point, u32)>) -> Result<Vec<u32>, (u64, Point)> {
+    vertices.clear();
+    vertices.extend(tile.points().zip(0..));
     vertices.sort_unstable_by(|a, b| a.0.lex_cmp(b.0));
+    let mut found = Vec::with_capacity(group.len().min(vertices.len()));
     for s in group {
         let place = vertices.binary_search_by(|v| v.0.lex_cmp(s.point));
         let Ok(place) = place else {
-            return Err(missing(s.record, s.point));
+            return Err((s.record, s.point));
         };
         let vertex = vertices[place].1;
         let z = tile.z(vertex).unwrap_or(0.0);
+        // No two records are the same, so there are no more of these than vertices.
         if tile.record(vertex) == s.record && (z == s.z || tile.z(vertex).is_none()) {
-            seen.set(tile.id(), vertex);
+            found.push(vertex);
         }
     }
-    Ok(())
+    Ok(found)
 }
 
 fn missing(record: u64, p: Point) -> VerifyError {
@@ -119,6 +206,12 @@ fn missing(record: u64, p: Point) -> VerifyError {
 }
 
 impl Seen {
+    /// Bytes that it takes; those for each tile count with the directory.
+    fn byte_size(directory: &Directory) -> u64 {
+        let vertices = directory.tiles.iter().map(|tile| u64::from(tile.vertices));
+        vertices.sum::<u64>() / 8
+    }
+
     fn new(reader: &TileReader) -> Self {
         let mut total = 0;
         let first = reader.directory().tiles.iter().map(|tile| {

@@ -10,6 +10,9 @@ use crate::geometry::{Orientation, Rect, in_circle, orient2d};
 use crate::mesh::{next_side, prev_side};
 use crate::store::{Across, Tile, TileId};
 
+/// Bytes that a check takes for each vertex of its tile: the places, in a table that is at least 7/16 full, and the fans.
+pub(super) const BYTES_PER_VERTEX: u64 = 52;
+
 /// What a tile adds to the whole.
 pub(super) struct TileReport {
     pub(super) tile: TileId,
@@ -22,9 +25,18 @@ pub(super) struct TileReport {
     pub(super) shared: HashMap<(TileId, TileId), u128>,
 }
 
+/// The coordinates' bits of the vertices of a tile.
+pub(super) type Places = HashSet<(u64, u64)>;
+
 /// Checks a tile: its structure, and if `deep` its geometry.
-pub(super) fn check(tile: &Tile, cell: Rect, has_triangles: bool, deep: bool) -> Result<TileReport, Fault> {
-    check_vertices(tile, cell)?;
+pub(super) fn check(
+    tile: &Tile,
+    cell: Rect,
+    has_triangles: bool,
+    deep: bool,
+    places: &mut Places,
+) -> Result<TileReport, Fault> {
+    check_vertices(tile, cell, places)?;
     let mut report = TileReport {
         tile: tile.id(),
         owned: 0,
@@ -59,8 +71,9 @@ pub(super) fn check(tile: &Tile, cell: Rect, has_triangles: bool, deep: bool) ->
 }
 
 /// Vertices lie in their cell, each at a place of its own, and z is a number.
-fn check_vertices(tile: &Tile, cell: Rect) -> Result<(), Fault> {
-    let mut places = HashSet::with_capacity(tile.vertex_count() as usize);
+fn check_vertices(tile: &Tile, cell: Rect, places: &mut Places) -> Result<(), Fault> {
+    places.clear();
+    places.reserve(tile.vertex_count() as usize);
     for (p, vertex) in tile.points().zip(0u32..) {
         let inside = cell.min_x < p.x && p.x <= cell.max_x && cell.min_y < p.y && p.y <= cell.max_y;
         if !inside {

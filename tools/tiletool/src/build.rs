@@ -1,6 +1,6 @@
 //! `tiletool build`: from files of points to a file of tiles.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::available_parallelism;
@@ -8,10 +8,10 @@ use std::thread::available_parallelism;
 use bytesize::ByteSize;
 use clap::Args;
 use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates, Phase};
-use delaunay_tiles::input::{InputCounts, PointBatch, PointSource};
+use delaunay_tiles::input::{PointBatch, PointSource};
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::Source;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use tokio::sync::mpsc;
 
 use crate::common;
@@ -67,6 +67,9 @@ pub struct BuildArgs {
     input: InputArgs,
 }
 
+/// Points that tell a build in advance how all lie.
+const SAMPLE: usize = 1 << 16;
+
 /// Batches that wait between the reader and the builder.
 const BATCHES_AHEAD: usize = 8;
 
@@ -87,6 +90,8 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
         options.memory = memory.as_u64();
     }
     let source = PointSource::open(&args.inputs, &args.input.options())?;
+    options.resume = args.resume;
+    options.resumable = source.identity();
     let progress = Arc::clone(&options.progress);
     let (read, total) = (Arc::new(AtomicU64::new(0)), source.total_bytes());
     let bar = (!args.quiet && !args.json).then(|| {
@@ -96,31 +101,68 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
             Arc::new(move || (read.load(Ordering::Relaxed), total)),
         )
     });
+    let output = args.output.clone();
     let built = common::block_on(async move {
-        let builder = Builder::new(&args.output, options)?;
-        // Whichever comes first; dropping a build that is under way removes its work folder.
-        let built = tokio::select! {
-            built = build(source, builder, read) => built?,
-            _ = tokio::signal::ctrl_c() => {
-                progress.cancel();
-                anyhow::bail!("interrupted; {} was not written", args.output.display());
+        let builder = Builder::new(&output, options)?;
+        if args.resume && builder.needs_points() && !args.quiet {
+            eprintln!("note: there is no finished work to go on from; the build starts from the beginning");
+        }
+        let building = build(source, builder, read);
+        tokio::pin!(building);
+        loop {
+            tokio::select! {
+                built = &mut building => break built,
+                // Whoever asks twice does not want to wait until the work lies in order.
+                _ = tokio::signal::ctrl_c() => if progress.is_cancelled() {
+                    anyhow::bail!("interrupted");
+                } else {
+                    progress.cancel();
+                }
             }
-        };
-        Ok((built, args))
+        }
     });
     drop(bar);
-    let ((summary, source), args) = built?;
-    for note in source.notes().iter().filter(|_| !args.quiet) {
+    let (summary, read) = built.map_err(|error| how_to_go_on(error, &args.output))?;
+    for note in read.notes.iter().filter(|_| !args.quiet) {
         eprintln!("note: {note}");
     }
-    let counts = source.counts();
     if args.json {
-        common::print_json(&Output::new(&summary, &counts, source.notes()))
+        common::print_json(&Output::new(&summary, &read))
     } else if args.quiet {
         Ok(())
     } else {
-        common::print(&report(&args, &summary, &counts))
+        common::print(&report(&args, &summary, &read))
     }
+}
+
+/// Says of a build that was stopped from without what became of its work.
+fn how_to_go_on(error: anyhow::Error, output: &Path) -> anyhow::Error {
+    let cancelled = matches!(error.downcast_ref(), Some(BuildError::Cancelled));
+    let mut folder = output.as_os_str().to_owned();
+    folder.push(".partial");
+    let folder = Path::new(&folder).display();
+    let kept = Path::new(&format!("{folder}")).exists();
+    match (cancelled, kept) {
+        (true, true) => anyhow::anyhow!(
+            "interrupted; the work so far is kept in {folder}: the same command with --resume goes on with it"
+        ),
+        (true, false) => anyhow::anyhow!("interrupted; {} was not written", output.display()),
+        (false, true) if !matches!(error.downcast_ref(), Some(BuildError::Locked(_) | BuildError::NotOurs(_))) => {
+            anyhow::anyhow!("{error:#}; the work so far is kept in {folder}: the same command with --resume goes on with it")
+        }
+        _ => error,
+    }
+}
+
+/// What is known of the input once it was read; a build that is resumed has it from the build before.
+#[derive(Debug, Default, Deserialize, Serialize)]
+struct Read {
+    records: u64,
+    withheld: u64,
+    filtered: u64,
+    invalid: u64,
+    input_bytes: u64,
+    notes: Vec<String>,
 }
 
 /// Reads the input on a thread of its own, ahead of the builder.
@@ -128,8 +170,17 @@ async fn build(
     mut source: PointSource,
     mut builder: Builder,
     read: Arc<AtomicU64>,
-) -> anyhow::Result<(BuildSummary, PointSource)> {
+) -> anyhow::Result<(BuildSummary, Read)> {
+    if !builder.needs_points() {
+        let read = serde_json::from_str(&builder.description().memo).unwrap_or_default();
+        return Ok((builder.finish().await?, read));
+    }
     let (sender, mut batches) = mpsc::channel::<PointBatch>(BATCHES_AHEAD);
+    let ahead;
+    (ahead, source) = tokio::task::spawn_blocking(move || (source.sample(SAMPLE), source)).await?;
+    if let Some(points) = source.expected_points() {
+        builder.expect(points, ahead?)?;
+    }
     let reading = tokio::task::spawn_blocking(move || {
         let mut batch = PointBatch::default();
         while source.next_batch(&mut batch)? {
@@ -148,8 +199,21 @@ async fn build(
         name: name.clone(),
         records: *records,
     });
-    builder.describe(sources.collect(), source.crs().map(str::to_owned));
-    Ok((builder.finish().await?, source))
+    let counts = source.counts();
+    let read = Read {
+        records: counts.records,
+        withheld: counts.withheld,
+        filtered: counts.filtered,
+        invalid: counts.invalid,
+        input_bytes: counts.bytes_read,
+        notes: source.notes().to_vec(),
+    };
+    builder.describe(Description {
+        sources: sources.collect(),
+        crs: source.crs().map(str::to_owned),
+        memo: serde_json::to_string(&read)?,
+    });
+    Ok((builder.finish().await?, read))
 }
 
 /// The keys of `--json`, which are stable.
@@ -173,6 +237,9 @@ struct Output<'a> {
     peak_memory_bytes: Option<u64>,
     phases: Vec<PhaseOutput>,
     levels: Vec<LevelOutput>,
+    blocks: u64,
+    resumed_blocks: u64,
+    waits: WaitsOutput,
     notes: &'a [String],
 }
 
@@ -182,6 +249,14 @@ struct PhaseOutput {
     seconds: f64,
     bytes_read: u64,
     bytes_written: u64,
+}
+
+/// Seconds, summed over the threads that waited.
+#[derive(Serialize)]
+struct WaitsOutput {
+    computing_for_blocks: f64,
+    computing_for_writing: f64,
+    blocks_for_computing: f64,
 }
 
 #[derive(Serialize)]
@@ -195,13 +270,13 @@ struct LevelOutput {
 }
 
 impl<'a> Output<'a> {
-    fn new(summary: &BuildSummary, counts: &InputCounts, notes: &'a [String]) -> Self {
+    fn new(summary: &BuildSummary, read: &'a Read) -> Self {
         let phases = summary.phases.iter().map(|phase| PhaseOutput {
             name: phase.phase.name(),
             seconds: phase.time.as_secs_f64(),
             bytes_read: phase.bytes_read
-                + if phase.phase == Phase::Read {
-                    counts.bytes_read
+                + if phase.phase == Phase::Read && summary.resumed_blocks == 0 {
+                    read.input_bytes
                 } else {
                     0
                 },
@@ -216,25 +291,32 @@ impl<'a> Output<'a> {
             seam_share: share(level.seam_vertices, summary.vertices),
         });
         Self {
-            records: counts.records,
+            records: read.records,
             points: summary.points,
-            withheld: counts.withheld,
-            filtered: counts.filtered,
-            invalid: counts.invalid,
+            withheld: read.withheld,
+            filtered: read.filtered,
+            invalid: read.invalid,
             duplicates: summary.duplicates,
             vertices: summary.vertices,
             triangles: summary.triangles,
             border_triangles: summary.border_triangles,
             hull_edges: summary.hull_edges,
             tiles: summary.tiles,
-            input_bytes: counts.bytes_read,
+            input_bytes: read.input_bytes,
             file_bytes: summary.file_bytes,
             bytes_per_vertex: share(summary.file_bytes, summary.vertices),
             seconds: seconds(summary),
             peak_memory_bytes: summary.peak_memory,
             phases: phases.collect(),
             levels: levels.collect(),
-            notes,
+            blocks: summary.blocks,
+            resumed_blocks: summary.resumed_blocks,
+            waits: WaitsOutput {
+                computing_for_blocks: summary.waits.computing_for_blocks.as_secs_f64(),
+                computing_for_writing: summary.waits.computing_for_writing.as_secs_f64(),
+                blocks_for_computing: summary.waits.blocks_for_computing.as_secs_f64(),
+            },
+            notes: &read.notes,
         }
     }
 }
@@ -248,7 +330,7 @@ fn share(part: u64, whole: u64) -> f64 {
     if whole == 0 { 0.0 } else { part as f64 / whole as f64 }
 }
 
-fn report(args: &BuildArgs, summary: &BuildSummary, counts: &InputCounts) -> String {
+fn report(args: &BuildArgs, summary: &BuildSummary, read: &Read) -> String {
     let thousands = common::thousands;
     let mut text = format!(
         "{}: {} vertices, {} triangles, {} hull edges in {} tiles\n",
@@ -261,15 +343,15 @@ fn report(args: &BuildArgs, summary: &BuildSummary, counts: &InputCounts) -> Str
     let mut left_out = format!("{} points", thousands(summary.points));
     for (count, what) in [
         (summary.duplicates, "merged with others at the same place"),
-        (counts.withheld, "withheld"),
-        (counts.filtered, "not of the classes or returns asked for"),
-        (counts.invalid, "invalid"),
+        (read.withheld, "withheld"),
+        (read.filtered, "not of the classes or returns asked for"),
+        (read.invalid, "invalid"),
     ] {
         if count > 0 {
             left_out += &format!(", {} {what}", thousands(count));
         }
     }
-    text += &format!("  input   {left_out}; {}\n", common::bytes(counts.bytes_read));
+    text += &format!("  input   {left_out}; {}\n", common::bytes(read.input_bytes));
     text += &format!(
         "  output  {}, {:.1} bytes per vertex\n",
         common::bytes(summary.file_bytes),

@@ -5,7 +5,10 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::Context;
-use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
+use bytesize::ByteSize;
+use clap::Args;
+use delaunay_tiles::build::default_memory;
+use delaunay_tiles::store::{OpenOptions, TileReader};
 use serde::Serialize;
 
 /// Runs a command's asynchronous part.
@@ -20,10 +23,20 @@ pub fn block_on<T>(future: impl Future<Output = anyhow::Result<T>>) -> anyhow::R
     done
 }
 
-/// Opens a tile file for a command that passes over it once or twice.
-pub async fn open(path: &Path) -> anyhow::Result<TileReader> {
-    let cache = Cache::new(64 << 20);
-    Ok(TileReader::open(path, OpenOptions::default().cache(&cache)).await?)
+/// How much memory a command may use.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct MemoryArgs {
+    /// Memory to use, as 512MiB or 2GB; by default a quarter of what there is
+    #[arg(long, value_name = "SIZE")]
+    memory: Option<ByteSize>,
+}
+
+impl MemoryArgs {
+    /// Opens a tile file for a command that passes over it once or twice, and keeps to this memory.
+    pub async fn open(self, path: &Path) -> anyhow::Result<TileReader> {
+        let memory = self.memory.map_or_else(default_memory, |memory| memory.as_u64());
+        Ok(TileReader::open(path, OpenOptions::default().memory(memory)).await?)
+    }
 }
 
 /// Prints an object as JSON, on one line.

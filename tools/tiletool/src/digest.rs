@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use delaunay_tiles::build::peak_memory;
 use delaunay_tiles::store::DigestSum;
 use serde::Serialize;
 
-use crate::common;
+use crate::common::{self, MemoryArgs};
 
 /// Print a digest of the triangulation that does not depend on tile size, memory, threads or engine.
 ///
@@ -20,6 +21,8 @@ pub struct DigestArgs {
     /// Print one JSON object
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    memory: MemoryArgs,
 }
 
 #[derive(Serialize)]
@@ -34,11 +37,12 @@ struct Output {
     vertices: Sum,
     constraint_edges: Sum,
     holes: Sum,
+    peak_memory_bytes: Option<u64>,
 }
 
 /// Prints the digest of a file.
 pub fn run(args: DigestArgs) -> anyhow::Result<()> {
-    let digest = common::block_on(async { Ok(common::open(&args.file).await?.digest().await?) })?;
+    let digest = common::block_on(async { Ok(args.memory.open(&args.file).await?.digest().await?) })?;
     if !args.json {
         return common::print(&format!("{digest}\n"));
     }
@@ -51,5 +55,6 @@ pub fn run(args: DigestArgs) -> anyhow::Result<()> {
         vertices: sum(digest.vertices),
         constraint_edges: sum(digest.constraint_edges),
         holes: sum(digest.holes),
+        peak_memory_bytes: peak_memory(),
     })
 }

@@ -9,12 +9,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
+use delaunay_tiles::build::peak_memory;
 use delaunay_tiles::export::{Exported, Format, export};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use tempfile::TempPath;
 
-use crate::common;
+use crate::common::{self, MemoryArgs};
 
 /// Write the triangulation in another format: PLY, Triangle's .node and .ele, OBJ or GeoJSON.
 ///
@@ -38,6 +39,8 @@ pub struct ExportArgs {
     /// Print the summary as one JSON object
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    memory: MemoryArgs,
 }
 
 /// The keys of `--json`, which are stable.
@@ -47,6 +50,7 @@ struct Summary {
     triangles: u64,
     files: Vec<String>,
     bytes: u64,
+    peak_memory_bytes: Option<u64>,
 }
 
 /// Exports a file.
@@ -56,7 +60,7 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
     let bar = bar(args.json);
     let done = common::block_on(async {
         tokio::select! {
-            done = write(&args.file, format, to_stdout, &names, &bar) => done,
+            done = write(&args, format, to_stdout, &names, &bar) => done,
             // What is written goes away with the future of the other branch.
             _ = tokio::signal::ctrl_c() => bail!("interrupted"),
         }
@@ -68,6 +72,7 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
         triangles: exported.triangles,
         files: names.iter().map(|name| name.display().to_string()).collect(),
         bytes: exported.bytes,
+        peak_memory_bytes: peak_memory(),
     };
     if to_stdout {
         // The output proper is there.
@@ -149,13 +154,14 @@ fn bar(json: bool) -> ProgressBar {
 }
 
 async fn write(
-    file: &Path,
+    args: &ExportArgs,
     format: Format,
     to_stdout: bool,
     names: &[PathBuf],
     bar: &ProgressBar,
 ) -> anyhow::Result<Exported<Box<dyn Write + Send>>> {
-    let reader = common::open(file).await?;
+    let file = &args.file;
+    let reader = args.memory.open(file).await?;
     let mut targets = Vec::new();
     let mut outputs: Vec<Box<dyn Write + Send>> = Vec::new();
     if to_stdout {

@@ -12,7 +12,7 @@ use clap::builder::{PathBufValueParser, TypedValueParser};
 use delaunay_tiles::store::TileId;
 use serde::Serialize;
 
-use crate::common;
+use crate::common::{self, MemoryArgs};
 use crate::plot::{self, PlotFile, Plotted};
 use numbers::Coordinates;
 use summary::Summary;
@@ -21,7 +21,8 @@ use tiles::TileRow;
 
 /// Show what is in a tile file.
 ///
-/// All but --tile and --plot is answered from the directory, however large the file is.
+/// All but --tile and --plot is answered from the directory, however large the file is. --plot reads all tiles, as many at
+/// once as fit in --memory.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Examples:
   tiletool inspect survey.tiles
@@ -43,6 +44,8 @@ pub struct InspectArgs {
     /// Draw a map of the triangulation and the cells of its tiles; a large file is thinned
     #[arg(long, value_name = "MAP.svg|MAP.png", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
     plot: Option<PlotFile>,
+    #[command(flatten)]
+    memory: MemoryArgs,
 }
 
 /// The keys of `--json`, which are stable.
@@ -61,7 +64,7 @@ struct Output<'a> {
 /// Shows what is in a file.
 pub fn run(args: InspectArgs) -> anyhow::Result<()> {
     let (reader, tile, plotted) = common::block_on(async {
-        let reader = common::open(&args.file).await?;
+        let reader = args.memory.open(&args.file).await?;
         let tile = match args.tile {
             Some(id) => Some(reader.tile(TileId(id)).await?),
             None => None,

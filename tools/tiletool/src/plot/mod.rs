@@ -15,6 +15,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use delaunay_tiles::build::peak_memory;
 use delaunay_tiles::store::TileReader;
 use serde::Serialize;
 
@@ -58,6 +59,7 @@ pub struct Plotted {
     thinned: bool,
     vertices: u64,
     triangles: u64,
+    peak_memory_bytes: Option<u64>,
 }
 
 impl Plotted {
@@ -100,6 +102,7 @@ pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotte
         thinned: scene.thinned,
         vertices: scene.points.len() as u64,
         triangles: scene.triangles,
+        peak_memory_bytes: peak_memory(),
     })
 }
 

@@ -1,0 +1,144 @@
+//! Buffers that are read into, and kept to be read into again.
+//!
+//! A scan reads thousands of tiles of about the same size. Were each buffer given back to the system's allocator, every thread
+//! that reads would keep some for itself, several times what is in use; and pages that were just read would be cleared again.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use parking_lot::Mutex;
+
+/// Reads of fewer bytes than this have buffers of their own.
+const SMALL: usize = 256 << 10;
+/// The most buffers that are kept.
+const KEPT: usize = 4;
+
+/// Buffers that nobody uses just now, the oldest first. Clones share them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Buffers {
+    free: Arc<Mutex<VecDeque<Vec<u8>>>>,
+}
+
+impl Buffers {
+    /// A buffer of this many bytes, whatever they are.
+    pub(super) fn take(&self, length: usize) -> Buffer {
+        let found = self.find(length);
+        Buffer {
+            bytes: found.unwrap_or_else(|| vec![0; rounded(length)]),
+            length,
+            owner: self.clone(),
+        }
+    }
+
+    /// Gives back what is kept.
+    pub(super) fn clear(&self) {
+        self.free.lock().clear();
+    }
+
+    fn find(&self, length: usize) -> Option<Vec<u8>> {
+        if length < SMALL {
+            return None;
+        }
+        let mut free = self.free.lock();
+        // What is much too large would take more than its length says.
+        let fits = |bytes: &Vec<u8>| (length..=rounded(length)).contains(&bytes.len());
+        match free.iter().position(fits) {
+            Some(place) => free.remove(place),
+            None => {
+                // What does not fit now may never fit again.
+                if free.len() == KEPT {
+                    free.pop_front();
+                }
+                None
+            }
+        }
+    }
+}
+
+/// So many bytes or up to an eighth more, so that tiles of nearly the same length take the same buffers. What is never
+/// written takes no memory.
+fn rounded(length: usize) -> usize {
+    if length < SMALL {
+        return length;
+    }
+    length.next_multiple_of(length.next_power_of_two() / 16)
+}
+
+/// A buffer that goes back to where it came from.
+#[derive(Debug)]
+pub(super) struct Buffer {
+    bytes: Vec<u8>,
+    length: usize,
+    owner: Buffers,
+}
+
+impl Buffer {
+    /// The bytes, to read into.
+    pub(super) fn as_mut(&mut self) -> &mut [u8] {
+        &mut self.bytes[..self.length]
+    }
+
+    /// The bytes for others to read, until the last of them drops its part.
+    pub(super) fn freeze(self) -> Bytes {
+        Bytes::from_owner(self)
+    }
+}
+
+impl AsRef<[u8]> for Buffer {
+    fn as_ref(&self) -> &[u8] {
+        &self.bytes[..self.length]
+    }
+}
+
+impl Drop for Buffer {
+    fn drop(&mut self) {
+        if self.bytes.len() < SMALL {
+            return;
+        }
+        let mut free = self.owner.free.lock();
+        if free.len() < KEPT {
+            free.push_back(std::mem::take(&mut self.bytes));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn buffers_come_back_once_nobody_reads_them() {
+        let buffers = Buffers::default();
+        let mut buffer = buffers.take(SMALL + 100);
+        buffer.as_mut().fill(7);
+        let bytes = buffer.freeze();
+        assert_eq!(bytes.len(), SMALL + 100);
+        let (place, part) = (bytes.as_ptr(), bytes.slice(10..20));
+        drop(bytes);
+        assert_ne!(buffers.take(SMALL + 50).bytes.as_ptr(), place, "a part is in use");
+        drop(part);
+        let (a, b) = (buffers.take(SMALL + 300), buffers.take(SMALL + 1));
+        assert!([&a, &b].iter().any(|buffer| buffer.bytes.as_ptr() == place));
+        assert_eq!(a.freeze().len(), SMALL + 300);
+        assert_eq!(buffers.take(10).freeze(), [0; 10][..]);
+    }
+
+    #[test]
+    fn few_are_kept_and_none_that_is_much_too_large() {
+        let buffers = Buffers::default();
+        drop((0..9).map(|_| buffers.take(SMALL)).collect::<Vec<_>>());
+        assert_eq!(buffers.free.lock().len(), KEPT);
+        assert!(buffers.find(8 * SMALL).is_none());
+        assert_eq!(buffers.free.lock().len(), KEPT - 1, "what did not fit made room");
+        drop(buffers.take(8 * SMALL));
+        assert!(buffers.find(8 * SMALL).is_some());
+        drop(buffers.take(100));
+        assert_eq!(buffers.free.lock().len(), KEPT - 1);
+        buffers.clear();
+        assert!(buffers.free.lock().is_empty());
+        for length in [SMALL, SMALL + 1, 3_400_000, 15_000_000, 16 << 20] {
+            assert!((length..=length + length / 8).contains(&rounded(length)), "{length}");
+        }
+    }
+}

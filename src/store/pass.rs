@@ -1,0 +1,320 @@
+//! Passes over the tiles of a file: how many tiles are in memory at once, and who computes with them.
+//!
+//! A tile is read, checked, computed with and dropped; from its first byte to its end it has one of a limited number of
+//! slots. How many there are follows from the memory that the reader may use and from the largest tile of the file. What comes
+//! out, and in which order, does not depend on it.
+
+use std::ops::Deref;
+use std::sync::Arc;
+use std::thread::available_parallelism;
+
+use futures::stream::{self, Stream, StreamExt};
+use parking_lot::Mutex;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::task::JoinHandle;
+
+use super::{Directory, ReadError, Tile, TileEntry, TileId, TileReader};
+
+/// Bytes of tiles that are read ahead, if the memory allows.
+const READ_AHEAD: u64 = 32 << 20;
+/// Tiles that are read ahead, at least and at most, if the memory allows.
+const TILES_AHEAD: (u64, u64) = (2, 64);
+/// Bytes of the directory in memory for each tile: its entry, two nodes of the tree, and what passes note of a tile.
+const DIRECTORY_BYTES: u64 = 256;
+
+/// What a pass needs memory for, beside the tiles and the directory. In bytes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Needs {
+    /// What the pass keeps as a whole.
+    pub(crate) fixed: u64,
+    /// What each thread that computes has.
+    pub(crate) per_thread: u64,
+    /// And beside that for each vertex of its tile.
+    pub(crate) per_vertex: u64,
+}
+
+/// What a pass over the tiles of a file takes, in bytes.
+struct Cost {
+    /// As a whole.
+    fixed: u64,
+    /// For a tile of middling length.
+    mean: u64,
+    /// For the largest tile.
+    largest: u64,
+    /// For each thread that computes.
+    work: u64,
+}
+
+impl Needs {
+    fn cost(self, directory: &Directory) -> Cost {
+        let tiles = &directory.tiles;
+        let length = |t: &TileEntry| u64::from(t.core.length) + u64::from(t.border.length);
+        let vertices = tiles.iter().map(|t| u64::from(t.vertices)).max().unwrap_or(0);
+        Cost {
+            fixed: self.fixed.saturating_add(DIRECTORY_BYTES * tiles.len() as u64),
+            mean: tiles.iter().map(length).sum::<u64>() / tiles.len().max(1) as u64,
+            largest: tiles.iter().map(length).max().unwrap_or(0),
+            work: self.per_thread.saturating_add(vertices.saturating_mul(self.per_vertex)),
+        }
+    }
+
+    /// Bytes that a pass takes with one tile at once.
+    pub(crate) fn least(self, directory: &Directory) -> u64 {
+        let Cost {
+            fixed, largest, work, ..
+        } = self.cost(directory);
+        fixed.saturating_add(largest).saturating_add(work)
+    }
+}
+
+/// How much a pass does at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Plan {
+    /// Tiles in memory.
+    pub(crate) tiles: usize,
+    /// Threads that compute.
+    pub(crate) threads: usize,
+}
+
+impl Plan {
+    /// As much as `memory` allows and the machine has use for. An error says how many bytes are needed at least.
+    fn new(directory: &Directory, memory: Option<u64>, needs: Needs, processors: usize) -> Result<Self, u64> {
+        let Cost {
+            fixed,
+            mean,
+            largest,
+            work,
+        } = needs.cost(directory);
+        let ahead = (READ_AHEAD / mean.max(1)).clamp(TILES_AHEAD.0, TILES_AHEAD.1);
+        let useful = |threads: usize| threads as u64 + ahead;
+        let Some(memory) = memory else {
+            return Ok(Self {
+                tiles: useful(processors) as usize,
+                threads: processors,
+            });
+        };
+        let least = needs.least(directory);
+        if least > memory {
+            return Err(least);
+        }
+        // A thread is of use if there is a tile for it.
+        let with = |threads: usize| {
+            let left = (memory - fixed).checked_sub(work.saturating_mul(threads as u64))?;
+            let tiles = left.checked_div(largest).unwrap_or(u64::MAX).min(useful(threads));
+            (tiles >= threads as u64).then_some(Self {
+                tiles: tiles as usize,
+                threads,
+            })
+        };
+        Ok((1..=processors)
+            .rev()
+            .find_map(with)
+            .unwrap_or(Self { tiles: 1, threads: 1 }))
+    }
+}
+
+/// A tile that takes one of its pass's slots until it is dropped.
+pub(crate) struct TileInPass {
+    tile: Arc<Tile>,
+    _slot: OwnedSemaphorePermit,
+}
+
+impl Deref for TileInPass {
+    type Target = Tile;
+
+    fn deref(&self) -> &Tile {
+        &self.tile
+    }
+}
+
+/// A reader that is told when a pass is over after which there is none for a while.
+struct Passing(TileReader);
+
+impl Drop for Passing {
+    fn drop(&mut self) {
+        self.0.rest();
+    }
+}
+
+/// What the threads of a pass compute in. A tile takes over what the one before it left, so that there are as many as threads,
+/// and their memory is not given back and asked for again with every tile.
+pub(crate) struct Workspaces<T>(Mutex<Vec<T>>);
+
+impl<T> Default for Workspaces<T> {
+    fn default() -> Self {
+        Self(Mutex::default())
+    }
+}
+
+impl<T: Default> Workspaces<T> {
+    /// Computes in one that nobody else is in.
+    pub(crate) fn with<R>(&self, compute: impl FnOnce(&mut T) -> R) -> R {
+        let mut workspace = self.0.lock().pop().unwrap_or_default();
+        let result = compute(&mut workspace);
+        self.0.lock().push(workspace);
+        result
+    }
+}
+
+impl TileReader {
+    /// How much a pass does at once.
+    ///
+    /// # Errors
+    /// If the memory that the reader may use does not suffice for one tile.
+    pub(crate) fn plan(&self, needs: Needs) -> Result<Plan, ReadError> {
+        let processors = available_parallelism().map_or(1, usize::from);
+        Plan::new(self.directory(), self.memory(), needs, processors).map_err(|needed| self.too_little_memory(needed))
+    }
+
+    /// Bytes of the largest tile.
+    pub(crate) fn largest_tile(&self) -> u64 {
+        Needs::default().cost(self.directory()).largest
+    }
+
+    /// The numbers of all tiles.
+    pub(crate) fn tile_ids(&self) -> Vec<TileId> {
+        (0..self.directory().tiles.len() as u32).map(TileId).collect()
+    }
+
+    /// All tiles in order, read ahead of their consumer. What is not in the cache stays out of it, so that a scan does not
+    /// flush what queries keep hot. Must be polled within a tokio runtime.
+    ///
+    /// If the reader [may use](super::OpenOptions::memory) less memory than the largest tile takes, all that comes is an
+    /// error.
+    pub fn tiles(&self) -> impl Stream<Item = Result<Arc<Tile>, ReadError>> + Send + Unpin + 'static {
+        match self.plan(Needs::default()) {
+            Err(error) => stream::iter([Err(error)]).boxed(),
+            Ok(plan) => {
+                let reader = Passing(self.clone());
+                // One of the tiles is with the consumer, who asks for the next when he is done with it.
+                let loads = stream::iter(self.tile_ids()).map(move |id| reader.0.load_ahead(id));
+                loads.buffered(plan.tiles).boxed()
+            }
+        }
+    }
+
+    /// Some tiles, in the order asked for, read ahead like [`tiles`](Self::tiles), as many at once as there are slots.
+    pub(crate) fn pass(
+        &self,
+        ids: Vec<TileId>,
+        plan: Plan,
+    ) -> impl Stream<Item = Result<TileInPass, ReadError>> + Send + Unpin + 'static {
+        let (reader, slots) = (self.clone(), Arc::new(Semaphore::new(plan.tiles)));
+        // Slots are taken in the order of the tiles, so the tile that all others wait for has one.
+        let loads = stream::iter(ids).then(move |id| {
+            let (reader, slots) = (reader.clone(), Arc::clone(&slots));
+            async move { (slots.acquire_owned().await, reader.load_ahead(id)) }
+        });
+        let loads = loads.map(|(slot, load)| async move {
+            Ok(TileInPass {
+                tile: load.await?,
+                _slot: slot.map_err(|_| ReadError::Cancelled)?,
+            })
+        });
+        loads.buffered(plan.tiles).boxed()
+    }
+
+    /// What `compute` makes of each tile, in order; a tile is dropped when it is done. It runs on threads for blocking work.
+    ///
+    /// # Errors
+    /// If the memory that the reader may use does not suffice for one tile.
+    pub(crate) fn for_each_tile<T: Send + 'static, F: Fn(TileInPass) -> T + Clone + Send + 'static>(
+        &self,
+        needs: Needs,
+        compute: F,
+    ) -> Result<impl Stream<Item = Result<T, ReadError>> + Send + Unpin + use<T, F>, ReadError> {
+        let plan = self.plan(needs)?;
+        let tasks = self.pass(self.tile_ids(), plan).map(move |tile| {
+            let compute = compute.clone();
+            let task = tile.map(|tile| spawn(move || compute(tile)));
+            async move { task?.await }
+        });
+        Ok(tasks.buffered(plan.threads).boxed())
+    }
+}
+
+/// Starts what takes long on a thread for blocking work. Must be called within a tokio runtime.
+pub(crate) fn spawn<T: Send + 'static>(
+    work: impl FnOnce() -> T + Send + 'static,
+) -> impl Future<Output = Result<T, ReadError>> + Send + 'static {
+    joined(tokio::task::spawn_blocking(work))
+}
+
+/// What a task comes to; a panic goes on here.
+pub(crate) async fn joined<T>(task: JoinHandle<T>) -> Result<T, ReadError> {
+    match task.await {
+        Ok(done) => Ok(done),
+        Err(error) => match error.try_into_panic() {
+            Ok(panic) => std::panic::resume_unwind(panic),
+            Err(_) => Err(ReadError::Cancelled),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::Extent;
+
+    const MEBIBYTE: u64 = 1 << 20;
+
+    /// A directory of tiles of so many mebibytes, 65,536 vertices each.
+    fn directory(mebibytes: &[u32]) -> Directory {
+        let extent = |length| Extent {
+            offset: 8192,
+            length,
+            crc: 0,
+        };
+        let tiles = mebibytes.iter().map(|length| TileEntry {
+            core: extent(length << 20),
+            border: extent(0),
+            generation: 1,
+            vertices: 1 << 16,
+            core_triangles: 0,
+            border_triangles: 0,
+            owned_triangles: 0,
+            bounds: crate::geometry::Rect::EMPTY,
+        });
+        Directory {
+            tiles: tiles.collect(),
+            ..Directory::default()
+        }
+    }
+
+    #[test]
+    fn a_plan_fits_and_grows_with_the_memory_up_to_what_is_of_use() {
+        let directory = directory(&[4, 4, 10, 2]);
+        let needs = Needs {
+            fixed: 5 * MEBIBYTE,
+            per_thread: MEBIBYTE,
+            per_vertex: 32,
+        };
+        let least = needs.least(&directory);
+        assert_eq!(least, 18 * MEBIBYTE + 4 * DIRECTORY_BYTES);
+        let plan = |memory| Plan::new(&directory, memory, needs, 4);
+        assert_eq!(plan(Some(least - 1)), Err(least));
+        assert_eq!(plan(Some(0)), Err(least));
+        assert_eq!(plan(Some(least)), Ok(Plan { tiles: 1, threads: 1 }));
+        let all = Plan { tiles: 10, threads: 4 };
+        assert_eq!(plan(None), Ok(all));
+        assert_eq!(plan(Some(u64::MAX)), Ok(all));
+        let mut before = Plan { tiles: 1, threads: 1 };
+        for memory in (least..least + 120 * MEBIBYTE).step_by(MEBIBYTE as usize) {
+            let plan = plan(Some(memory)).unwrap();
+            assert!(plan.tiles >= plan.threads && plan.threads >= before.threads);
+            let used = 5 * MEBIBYTE + 10 * MEBIBYTE * plan.tiles as u64 + 3 * MEBIBYTE * plan.threads as u64;
+            assert!(used <= memory, "{plan:?} in {memory}");
+            before = plan;
+        }
+        assert_eq!(before, all);
+    }
+
+    #[test]
+    fn files_without_tiles_or_with_empty_ones_have_plans() {
+        for directory in [directory(&[]), directory(&[0])] {
+            let plan = Plan::new(&directory, Some(MEBIBYTE), Needs::default(), 2).unwrap();
+            assert_eq!(plan.threads, 2);
+            assert!((2..=66).contains(&plan.tiles));
+        }
+    }
+}
