@@ -4,7 +4,7 @@
 //! while points come   those that fit, or buffers of runs
 //! afterwards          tiles in work, one for each thread    WORK_BYTES for each vertex
 //!                     blocks: one in work, one that comes   three quarters of the rest
-//!                     seams that wait                       an eighth
+//!                     seams that wait                       an eighth; a merge takes the place of a tile
 //!                     border log                            an eighth
 //! ```
 
@@ -17,8 +17,11 @@ use super::{BuildError, BuildOptions};
 /// Bytes of a point in work: kernel, mesh, draft and FlatBuffer of its tile, and tiles on their way to the file.
 const WORK_BYTES: u64 = 400;
 
-/// Bytes of a seam vertex while its node is merged: kernel, mesh, fates, and the seams that go in and come out.
+/// Bytes of a seam vertex while its node is merged: kernel, mesh, fates, and the triangles and the seam that come out.
 pub(super) const SEAM_WORK_BYTES: u64 = 250;
+
+/// Bytes of a seam vertex that waits, with its share of unsettled triangles.
+pub(super) const SEAM_BYTES: u64 = 48;
 
 /// Bytes of a point in a block, and more where it has z.
 const POINT_BYTES: u64 = 20;
@@ -36,8 +39,6 @@ pub(super) struct Shares {
     pub(super) block_points: u64,
     /// Bytes of all blocks in memory.
     pub(super) blocks: u64,
-    /// Bytes that seams may take, with a merge: a thread that merges conquers no tile meanwhile.
-    pub(super) seams: u64,
     /// The most seam vertices that a merge of more than two nodes takes in.
     pub(super) merge_vertices: usize,
     /// Bytes of the border log's buffers.
@@ -100,8 +101,7 @@ pub(super) fn shares(options: &BuildOptions, points: u64, has_z: bool) -> Result
         threads,
         block_points: share.min(MAX_BLOCK).min(wanted).max(1),
         blocks,
-        seams: rest / 8 + options.memory - rest,
-        merge_vertices: merge_vertices(rest / 8),
+        merge_vertices: merge_vertices(options, rest / 8),
         border_log: (rest / 8).min(16 << 20) as usize,
     })
 }
@@ -113,17 +113,14 @@ pub(super) fn shares_in_memory(options: &BuildOptions, point_bytes: u64) -> Shar
         threads: options.threads,
         block_points: u64::MAX,
         blocks: point_bytes,
-        seams: rest,
-        merge_vertices: merge_vertices(rest / 8),
+        merge_vertices: merge_vertices(options, rest / 8),
         border_log: (rest / 8).min(16 << 20) as usize,
     }
 }
 
-/// Seam vertices of a merge, of which a few wait at each level, in so many bytes.
-fn merge_vertices(bytes: u64) -> usize {
-    /// Of a seam vertex, with its share of unsettled triangles.
-    const SEAM_BYTES: u64 = 48;
-    (bytes / 3 / SEAM_BYTES).max(1 << 12) as usize
+/// Seam vertices of a merge, of which a few wait at each level, in so many bytes. A merge may be as large as a tile.
+fn merge_vertices(options: &BuildOptions, bytes: u64) -> usize {
+    ((bytes / 3 / SEAM_BYTES) as usize).max(options.tile_vertices)
 }
 
 /// Whether blocks that were planned with another budget fit in this one.

@@ -244,7 +244,7 @@ impl Builder {
         let journal = has_journal.then(|| self.journal(&finished, log_file, &blocks)).transpose()?;
         let limits = ConquestLimits {
             points: plan.points,
-            seam_bytes: shares.seams,
+            block_bytes: shares.blocks,
             has_journal,
         };
         let merge_vertices = self.options.merge_vertices.min(shares.merge_vertices);
@@ -291,9 +291,11 @@ impl Builder {
             written
         };
         let (prefetched, written) = future::join(feed, write).await;
-        written?;
         let gone = || BuildError::Internal("the building thread is gone".to_owned());
-        let (tiles, began) = computed.await.unwrap_or_else(|_| Err(gone()))?;
+        let computed = computed.await.unwrap_or_else(|_| Err(gone()));
+        // If nothing can be written, computing stops for that reason.
+        written?;
+        let (tiles, began) = computed?;
 
         let found = std::mem::take(&mut *conquest.found.lock());
         let trees: Vec<KdTree> = found.blocks.iter().map(|block| block.tree.clone()).collect();

@@ -40,8 +40,8 @@ pub(super) struct Conquest {
 pub(super) struct ConquestLimits {
     /// All points.
     pub(super) points: u64,
-    /// Bytes that seams may take, with a merge.
-    pub(super) seam_bytes: u64,
+    /// Bytes that blocks may take, as long as there are any.
+    pub(super) block_bytes: u64,
     /// Whether finished blocks go to the journal.
     pub(super) has_journal: bool,
 }
@@ -288,21 +288,21 @@ impl Conquest {
             let finished = Extent::Finished(Box::new((finished, seam.clone())));
             sender.blocking_send(finished).map_err(|_| Closed)?;
         }
-        let grown = {
+        let root = {
             let mut found = self.found.lock();
             if !seam.vertices.is_empty() {
                 found.growth.observe(seam.below, seam.vertices.len() as u64);
             }
             // A fortieth of the points tells enough of the rest.
             let enough = found.points_done * 40 >= self.limits.points;
-            let root = found.growth.root_bytes(self.limits.points).filter(|_| enough);
-            root.filter(|&bytes| bytes > self.options.memory)
+            found.growth.root_bytes(self.limits.points).filter(|_| enough)
         };
-        let (seam_bytes, next_vertices) = self.board.done(node, seam, merged_bytes);
-        let now = seam_bytes + next_vertices as u64 * SEAM_WORK_BYTES;
+        let load = self.board.done(node, seam, merged_bytes);
         let budget = self.options.memory;
-        let excess = now.checked_sub(self.limits.seam_bytes).filter(|&excess| excess > 0);
-        if let Some(needed) = grown.or(excess.map(|excess| budget + excess)) {
+        let blocks = if load.blocks_in_memory { self.limits.block_bytes } else { 0 };
+        let now = blocks + load.bytes + load.next_vertices * SEAM_WORK_BYTES;
+        let needed = now.max(root.unwrap_or(0));
+        if needed > budget {
             self.fail(BuildError::Seams { needed, budget });
         }
         Ok(())

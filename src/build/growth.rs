@@ -4,7 +4,7 @@
 //! hull of every cell, seams are whole cells, and the root would hold all points at once. Both are powers of m, so the
 //! nodes that are done tell which one it is.
 
-use super::budget::SEAM_WORK_BYTES;
+use super::budget::{SEAM_BYTES, SEAM_WORK_BYTES};
 
 /// What the nodes that are done tell.
 #[derive(Clone, Debug, Default)]
@@ -26,11 +26,14 @@ impl SeamGrowth {
         *seams += seam;
     }
 
-    /// The memory that merging the root of so many points takes, as far as it can be told: the line through the logarithms
-    /// of cells and seams, drawn on to half of all points. None: the cells so far are too much alike.
+    /// The memory that merging the root of so many points takes, where seams grow nearly as fast as cells: the line through
+    /// the logarithms of cells and seams, drawn on to half of all points. None: they grow slower, or the cells so far are too
+    /// much alike to tell.
     pub(super) fn root_bytes(&self, points: u64) -> Option<u64> {
+        /// The least exponent that tells curves from areas: these have a half, and few cells tell that roughly.
+        const STEEP: f64 = 0.8;
         /// The least ratio of the largest cells to the smallest.
-        const SPREAD: f64 = 3.0;
+        const SPREAD: f64 = 7.0;
         let classes = self.classes.iter().filter(|class| class[0] > 0 && class[2] > 0);
         let mean = |&[nodes, vertices, seams]: &[u64; 3]| {
             let nodes = nodes as f64;
@@ -46,9 +49,12 @@ impl SeamGrowth {
         let height = logarithms.iter().map(|p| p.1).sum::<f64>() / count;
         let slope = logarithms.iter().map(|p| (p.0 - centre) * (p.1 - height)).sum::<f64>()
             / logarithms.iter().map(|p| (p.0 - centre).powi(2)).sum::<f64>();
+        if slope < STEEP {
+            return None;
+        }
         let half = (points as f64 / 2.0).ln();
-        let root = 2.0 * (seam + slope.clamp(0.0, 1.0) * (half - largest).max(0.0)).exp();
-        Some((root.min(points as f64) * SEAM_WORK_BYTES as f64) as u64)
+        let root = 2.0 * (seam + slope.min(1.0) * (half - largest).max(0.0)).exp();
+        Some((root.min(points as f64) * (SEAM_BYTES + SEAM_WORK_BYTES) as f64) as u64)
     }
 }
 
@@ -63,11 +69,11 @@ mod tests {
             for (cells, points) in [(16, 60_000), (4, 240_000), (1, 960_000)] {
                 (0..cells).for_each(|_| growth.observe(points, seam(points)));
             }
-            growth.root_bytes(100_000_000).unwrap() / SEAM_WORK_BYTES
+            let bytes = growth.root_bytes(100_000_000)?;
+            Some(bytes / (SEAM_BYTES + SEAM_WORK_BYTES))
         };
-        let of_squares = root(|m| 5 * m.isqrt());
-        assert!((60_000..80_000).contains(&of_squares), "{of_squares}");
-        assert!(root(|m| m) > 99_000_000);
+        assert_eq!(root(|m| 25 * m.isqrt()), None);
+        assert!(root(|m| m - 5).is_some_and(|vertices| vertices > 99_000_000));
         let mut alike = SeamGrowth::default();
         alike.observe(60_000, 900);
         alike.observe(70_000, 990);

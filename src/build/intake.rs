@@ -129,6 +129,8 @@ impl Spilling {
             drop(store);
             let spilled = pushed.map_err(|error| cannot_spill(folder.spill(), error));
             let plan = spilled.and_then(|()| distribute(spill, incoming, &options));
+            // Before the answer: whoever gets it may remove the folder.
+            drop(folder);
             // If nobody waits for the answer any more, nobody needs it.
             let _ = reply.send(plan);
         };

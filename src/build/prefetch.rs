@@ -58,11 +58,14 @@ pub(super) async fn feed(
         let span = tracing::debug_span!("prefetch", block = number, points = block.points);
         let store = load(block, folder, has_z).instrument(span).await?;
         done.bytes += block.runs.iter().map(|run| run.length).sum::<u64>();
-        board.add(BlockPoints {
+        let is_wanted = board.add(BlockPoints {
             number: number as u32,
             store,
             _permit: permit.ok(),
         });
+        if !is_wanted {
+            break;
+        }
     }
     Ok(done)
 }

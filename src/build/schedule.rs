@@ -78,6 +78,17 @@ struct Node {
     block: Option<u32>,
 }
 
+/// What seams there are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SeamLoad {
+    /// Bytes of those that wait or are being merged.
+    pub(super) bytes: u64,
+    /// The most seam vertices that a merge takes in next.
+    pub(super) next_vertices: u64,
+    /// Whether blocks take memory beside them.
+    pub(super) blocks_in_memory: bool,
+}
+
 /// Where a task belongs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
@@ -158,12 +169,16 @@ impl Board {
         }
     }
 
-    /// Takes a block; they must come in order.
-    pub(super) fn add(&self, block: BlockPoints) {
+    /// Takes a block; they must come in order. False: no more are wanted.
+    pub(super) fn add(&self, block: BlockPoints) -> bool {
         let mut state = self.state.lock();
+        if state.stopped {
+            return false;
+        }
         state.to_come -= 1;
         state.loaded.push_back(block);
         self.changed.notify_all();
+        true
     }
 
     /// Takes the seam of a block that a build before has finished, in the block's turn.
@@ -286,9 +301,8 @@ impl Board {
         }
     }
 
-    /// A task is done; its node has this seam, made of seams of so many bytes. Returns the bytes of all seams, and the
-    /// most seam vertices that a merge takes in next.
-    pub(super) fn done(&self, node: u32, seam: Seam, merged_bytes: u64) -> (u64, usize) {
+    /// A task is done; its node has this seam, made of seams of so many bytes.
+    pub(super) fn done(&self, node: u32, seam: Seam, merged_bytes: u64) -> SeamLoad {
         let mut state = self.state.lock();
         state.running -= 1;
         state.seam_bytes += seam.byte_size();
@@ -299,7 +313,11 @@ impl Board {
             Task::Merge { seams, .. } => total(seams),
             _ => 0,
         });
-        (state.seam_bytes, vertices.max().unwrap_or(0))
+        SeamLoad {
+            bytes: state.seam_bytes,
+            next_vertices: vertices.max().unwrap_or(0) as u64,
+            blocks_in_memory: state.to_come > 0 || !state.loaded.is_empty() || !state.divided.is_empty(),
+        }
     }
 
     /// The time that threads had nothing to do because a block was not there.

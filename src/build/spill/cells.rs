@@ -3,8 +3,8 @@
 use crate::geometry::Point;
 use crate::store::{KdNode, KdTree};
 
-/// Finds cells in a k-d tree with the same steps for every point, so that a processor need not guess where they lead and
-/// works on several points at a time.
+/// Finds cells in a k-d tree with the same steps for every point, so that a processor need not guess where they lead, and for
+/// several points at a time, so that it need not wait for one.
 #[derive(Debug)]
 pub(super) struct CellIndex {
     nodes: Vec<Step>,
@@ -15,22 +15,26 @@ pub(super) struct CellIndex {
 #[derive(Clone, Copy, Debug)]
 struct Step {
     cut: f64,
-    is_y: bool,
+    /// 0 for x, 1 for y.
+    axis: u32,
     children: [u32; 2],
     cell: u32,
 }
 
+/// Points at a time.
+const LANES: usize = 8;
+
 impl CellIndex {
     pub(super) fn new(tree: &KdTree) -> Self {
         let step = |(number, node): (u32, &KdNode)| {
-            let (cut, is_y, children, cell) = match *node {
-                KdNode::X { cut, right } => (cut, false, [number + 1, right], 0),
-                KdNode::Y { cut, right } => (cut, true, [number + 1, right], 0),
-                KdNode::Leaf(tile) => (0.0, false, [number; 2], tile.0),
+            let (cut, axis, children, cell) = match *node {
+                KdNode::X { cut, right } => (cut, 0, [number + 1, right], 0),
+                KdNode::Y { cut, right } => (cut, 1, [number + 1, right], 0),
+                KdNode::Leaf(tile) => (0.0, 0, [number; 2], tile.0),
             };
             Step {
                 cut,
-                is_y,
+                axis,
                 children,
                 cell,
             }
@@ -41,15 +45,31 @@ impl CellIndex {
         }
     }
 
-    /// The number of the leaf whose cell has this point.
-    #[inline]
-    pub(super) fn cell_of(&self, point: Point) -> u32 {
-        let mut step = &self.nodes[0];
-        for _ in 0..self.depth {
-            let coordinate = if step.is_y { point.y } else { point.x };
-            step = &self.nodes[step.children[usize::from(coordinate > step.cut)] as usize];
+    /// Appends the number of the leaf whose cell has each point.
+    pub(super) fn cells_of(&self, points: &[Point], cells: &mut Vec<u32>) {
+        let (lanes, rest) = points.as_chunks::<LANES>();
+        for points in lanes {
+            cells.extend(self.descend(points));
         }
-        step.cell
+        cells.extend(rest.iter().flat_map(|&point| self.descend(&[point])));
+    }
+
+    #[inline]
+    fn descend<const N: usize>(&self, points: &[Point; N]) -> [u32; N] {
+        let mut at = [0u32; N];
+        for _ in 0..self.depth {
+            for (at, point) in at.iter_mut().zip(points) {
+                let step = &self.nodes[*at as usize];
+                let right = [point.x, point.y][(step.axis & 1) as usize] > step.cut;
+                *at = step.children[usize::from(right)];
+            }
+        }
+        at.map(|node| self.nodes[node as usize].cell)
+    }
+
+    /// The number of the leaf whose cell has this point.
+    pub(super) fn cell_of(&self, point: Point) -> u32 {
+        self.descend(&[point])[0]
     }
 }
 
@@ -65,8 +85,12 @@ mod tests {
         let mut items: Vec<_> = points.clone().map(|point| Item { point, position: 0 }).collect();
         let tree = divide(&mut items, 20, 1).tree;
         let index = CellIndex::new(&tree);
-        for point in points {
-            assert_eq!(Some(index.cell_of(point)), tree.tile_at(point).map(|t| t.0));
+        let points: Vec<Point> = points.collect();
+        let mut cells = Vec::new();
+        index.cells_of(&points[1..], &mut cells);
+        for (&point, cell) in points[1..].iter().zip(cells) {
+            assert_eq!(Some(cell), tree.tile_at(point).map(|t| t.0));
+            assert_eq!(index.cell_of(point), cell);
         }
     }
 }

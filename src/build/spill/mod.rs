@@ -88,8 +88,7 @@ impl Spill {
             self.begin_z()?;
         }
         self.cells.clear();
-        let index = &self.index;
-        self.cells.extend(batch.points.iter().map(|&point| index.cell_of(point)));
+        self.index.cells_of(&batch.points, &mut self.cells);
         for (place, (&cell, &point)) in self.cells.iter().zip(&batch.points).enumerate() {
             let z = self.has_z.then(|| batch.z.get(place).copied().unwrap_or(0.0));
             self.runs[cell as usize].push(point.normalized(), z, batch.records[place])?;

@@ -89,10 +89,8 @@ impl RunWriter {
     /// Adds a point; whether the run's points have z must not change.
     #[inline]
     pub(super) fn push(&mut self, point: Point, z: Option<f64>, record: u64) -> io::Result<()> {
-        let mut bytes = [0; 16];
-        bytes[..8].copy_from_slice(&point.x.to_le_bytes());
-        bytes[8..].copy_from_slice(&point.y.to_le_bytes());
-        self.coordinates.extend_from_slice(&bytes);
+        let coordinates = [point.x.to_le_bytes(), point.y.to_le_bytes()];
+        self.coordinates.extend_from_slice(coordinates.as_flattened());
         if let Some(z) = z {
             self.z.extend_from_slice(&z.to_le_bytes());
         }
