@@ -286,7 +286,11 @@ impl ByTile {
         for (bytes, number) in bytes.chunks_exact(entry).zip(0..) {
             its.clear();
             of(bytes, &mut its);
-            of_tile.extend(its.iter().filter(|tile| tiles.contains(tile)).map(|&tile| (tile, number)));
+            of_tile.extend(
+                its.iter()
+                    .filter(|tile| tiles.contains(tile))
+                    .map(|&tile| (tile, number)),
+            );
         }
         of_tile.sort_unstable();
         let starts = (tiles.start..=tiles.end).map(|tile| of_tile.partition_point(|&(t, _)| t < tile));

@@ -150,7 +150,10 @@ pub(super) fn check_disk(folder: &WorkFolder, points: u64, run_bytes: u64, has_z
     let needs = if folder.spill() == folder.path() {
         vec![(folder.path(), (output + spilled).saturating_sub(run_bytes))]
     } else {
-        vec![(folder.path(), output), (folder.spill(), spilled.saturating_sub(run_bytes))]
+        vec![
+            (folder.path(), output),
+            (folder.spill(), spilled.saturating_sub(run_bytes)),
+        ]
     };
     for (path, needed) in needs {
         // Where the system does not tell, nothing is lost.

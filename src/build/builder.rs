@@ -15,7 +15,7 @@ use super::border_log::BorderLog;
 use super::budget::{self, Shares};
 use super::conquest::{Conquest, ConquestLimits};
 use super::intake::{Intake, Points};
-use super::journal::{JournalReader, SavedPlan};
+use super::journal::{FinishedBlocks, JournalReader, SavedPlan};
 use super::output::{Journal, Output};
 use super::pipeline;
 use super::point_store::PointStore;
@@ -199,7 +199,12 @@ impl Builder {
             budget::check_blocks(&self.options, &plan, shares)?;
             finished = FinishedBlocks::read(&self.folder)?;
         }
-        let run_bytes = plan.blocks.iter().flat_map(|block| &block.runs).map(|run| run.length).sum();
+        let run_bytes = plan
+            .blocks
+            .iter()
+            .flat_map(|block| &block.runs)
+            .map(|run| run.length)
+            .sum();
         budget::check_disk(&self.folder, plan.points - finished.points, run_bytes, plan.has_z)?;
         if has_journal && !is_resumed {
             let saved = SavedPlan {
@@ -208,7 +213,9 @@ impl Builder {
                 plan: plan.clone(),
             };
             let path = self.folder.plan();
-            saved.save(&path).map_err(|error| BuildError::io(&path, "write", error))?;
+            saved
+                .save(&path)
+                .map_err(|error| BuildError::io(&path, "write", error))?;
         }
         let parts = Parts {
             plan,
@@ -241,7 +248,9 @@ impl Builder {
             self.options.tile_vertices,
         );
         let blocks = Arc::new(plan.blocks);
-        let journal = has_journal.then(|| self.journal(&finished, log_file, &blocks)).transpose()?;
+        let journal = has_journal
+            .then(|| self.journal(&finished, log_file, &blocks))
+            .transpose()?;
         let limits = ConquestLimits {
             points: plan.points,
             block_bytes: shares.blocks,
@@ -276,7 +285,9 @@ impl Builder {
             .map_err(|error| BuildError::io(&path, "start a thread to build", error))?;
 
         let feed = async {
-            let fed = self.feed(&conquest, store, &blocks, resumed_blocks, shares, plan.has_z).await;
+            let fed = self
+                .feed(&conquest, store, &blocks, resumed_blocks, shares, plan.has_z)
+                .await;
             fed.unwrap_or_else(|error| {
                 conquest.fail(error);
                 Prefetched::default()
@@ -319,7 +330,10 @@ impl Builder {
         let mut levels: Vec<LevelSummary> = Vec::new();
         for of_part in found.blocks.iter().map(|block| &block.levels).chain([&found.levels]) {
             levels.resize_with(levels.len().max(of_part.len()), LevelSummary::default);
-            levels.iter_mut().zip(of_part).for_each(|(level, part)| level.add(*part));
+            levels
+                .iter_mut()
+                .zip(of_part)
+                .for_each(|(level, part)| level.add(*part));
         }
         let metadata = &directory.metadata;
         Ok(BuildSummary {
@@ -342,7 +356,13 @@ impl Builder {
                 self.began,
                 &began,
                 [0, plan.bytes_read, prefetched.bytes, log_read, 0],
-                [plan.bytes_written, plan.bytes_rewritten, core_bytes, border_bytes, finish_bytes],
+                [
+                    plan.bytes_written,
+                    plan.bytes_rewritten,
+                    core_bytes,
+                    border_bytes,
+                    finish_bytes,
+                ],
             ),
             levels,
             peak_memory: peak_memory(),
@@ -379,7 +399,6 @@ impl Builder {
                 conquest.restore(block, seam);
             }
         }
-        let blocks = &blocks[..];
         prefetch::feed(
             &conquest.board,
             blocks,
@@ -465,7 +484,11 @@ struct Parts {
 fn in_memory(store: &PointStore) -> Plan {
     let points = store.items.len() as u64;
     let is_empty = store.items.is_empty();
-    let nodes = if is_empty { Vec::new() } else { vec![KdNode::Leaf(TileId(0))] };
+    let nodes = if is_empty {
+        Vec::new()
+    } else {
+        vec![KdNode::Leaf(TileId(0))]
+    };
     Plan {
         tree: KdTree::new(nodes).unwrap_or_default(),
         blocks: if is_empty {
@@ -482,50 +505,14 @@ fn in_memory(store: &PointStore) -> Plan {
     }
 }
 
-/// What a build before has finished.
-#[derive(Debug, Default)]
-struct FinishedBlocks {
-    blocks: u32,
-    points: u64,
-    cores: Vec<Extent>,
-    journal_length: u64,
-    /// Bytes of the files that are to stay.
-    file_length: u64,
-    log_length: u64,
-}
-
-impl FinishedBlocks {
-    fn read(folder: &WorkFolder) -> Result<Self, BuildError> {
-        let path = folder.journal();
-        let cannot = |error| BuildError::io(&path, "read", error);
-        let mut this = Self::default();
-        let mut reader = match JournalReader::open(&path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(this),
-            opened => opened.map_err(cannot)?,
-        };
-        let length = |path: &Path| path.metadata().map_or(0, |metadata| metadata.len());
-        let (file_length, log_length) = (length(&folder.file()), length(&folder.borders()));
-        while let Some((block, seam)) = reader.next().map_err(cannot)? {
-            let end_of_cores = block.cores.last().map_or(0, |core| core.offset + u64::from(core.length));
-            let chunks = block.chunks.iter().flatten().flatten();
-            let end_of_log = chunks.map(|chunk| chunk.offset + u64::from(chunk.length)).max().unwrap_or(0);
-            if block.number != this.blocks || end_of_cores > file_length || end_of_log > log_length {
-                break;
-            }
-            this.blocks += 1;
-            this.points += seam.below + block.duplicates;
-            this.cores.extend(block.cores);
-            this.file_length = end_of_cores;
-            this.log_length = this.log_length.max(end_of_log);
-            this.journal_length = reader.good;
-        }
-        Ok(this)
-    }
-}
-
 /// Opens a file to write behind its first `length` bytes, and to read; what comes after those goes away.
 fn open(path: &Path, length: u64) -> io::Result<File> {
-    let file = File::options().read(true).write(true).create(true).truncate(false).open(path)?;
+    let file = File::options()
+        .read(true)
+        .write(true)
+        .create(true)
+        .truncate(false)
+        .open(path)?;
     file.set_len(length)?;
     Ok(file)
 }
@@ -545,7 +532,10 @@ fn phases(
     let bytes = bytes_read.into_iter().zip(bytes_written);
     let phases = Phase::ALL.into_iter().enumerate().zip(bytes);
     let summary = |((place, phase), (bytes_read, bytes_written))| {
-        let end = Phase::ALL[place + 1..].iter().find_map(|&next| start(next)).unwrap_or(now);
+        let end = Phase::ALL[place + 1..]
+            .iter()
+            .find_map(|&next| start(next))
+            .unwrap_or(now);
         PhaseSummary {
             phase,
             time: start(phase).map_or(Duration::ZERO, |start| end - start),

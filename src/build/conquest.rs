@@ -17,9 +17,9 @@ use super::merge::merge;
 use super::node::{Seam, Workspace};
 use super::options::{BuildOptions, Duplicates, Phase};
 use super::ordered::{Closed, Ordered};
+use super::output::{Extent, Sender};
 use super::schedule::{BlockPoints, Board, Task};
 use super::summary::LevelSummary;
-use super::output::{Extent, Sender};
 use super::{BuildError, GENERATION, TileState};
 use crate::geometry::Point;
 use crate::store::{KdTree, MAX_TILES, TileId};
@@ -186,7 +186,10 @@ impl Conquest {
         self.board.restore(block.number, tiles, seam);
     }
 
-    #[expect(clippy::too_many_arguments, reason = "a leaf is what a task says of it, and where its results go")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a leaf is what a task says of it, and where its results go"
+    )]
     fn leaf<F: FnMut(u32, Bytes) -> Result<(), Closed>>(
         &self,
         workspace: &mut Workspace,
@@ -288,20 +291,29 @@ impl Conquest {
             let finished = Extent::Finished(Box::new((finished, seam.clone())));
             sender.blocking_send(finished).map_err(|_| Closed)?;
         }
-        let root = {
-            let mut found = self.found.lock();
-            if !seam.vertices.is_empty() {
-                found.growth.observe(seam.below, seam.vertices.len() as u64);
-            }
-            // A fortieth of the points tells enough of the rest.
-            let enough = found.points_done * 40 >= self.limits.points;
-            found.growth.root_bytes(self.limits.points).filter(|_| enough)
-        };
+        let below = seam.below;
+        let seam_vertices = seam.vertices.len() as u64;
         let load = self.board.done(node, seam, merged_bytes);
+        let mut found = self.found.lock();
+        if seam_vertices > 0 {
+            found.growth.observe(below, seam_vertices);
+        }
         let budget = self.options.memory;
-        let blocks = if load.blocks_in_memory { self.limits.block_bytes } else { 0 };
+        let blocks = if load.blocks_in_memory {
+            self.limits.block_bytes
+        } else {
+            0
+        };
         let now = blocks + load.bytes + load.next_vertices * SEAM_WORK_BYTES;
-        let needed = now.max(root.unwrap_or(0));
+        // A fortieth of the points, and cells eight times as large as others, tell enough of the rest. If there is no going
+        // on anyway, less will do to say what it would take.
+        let is_over = now > budget;
+        let enough = is_over || found.points_done * 40 >= self.limits.points;
+        let root = found
+            .growth
+            .root_bytes(self.limits.points, if is_over { 1.5 } else { 7.0 });
+        let needed = now.max(root.filter(|_| enough).unwrap_or(0));
+        drop(found);
         if needed > budget {
             self.fail(BuildError::Seams { needed, budget });
         }

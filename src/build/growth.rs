@@ -28,12 +28,10 @@ impl SeamGrowth {
 
     /// The memory that merging the root of so many points takes, where seams grow nearly as fast as cells: the line through
     /// the logarithms of cells and seams, drawn on to half of all points. None: they grow slower, or the cells so far are too
-    /// much alike to tell.
-    pub(super) fn root_bytes(&self, points: u64) -> Option<u64> {
+    /// much alike to tell: the largest must have `spread` times the vertices of the smallest.
+    pub(super) fn root_bytes(&self, points: u64, spread: f64) -> Option<u64> {
         /// The least exponent that tells curves from areas: these have a half, and few cells tell that roughly.
         const STEEP: f64 = 0.8;
-        /// The least ratio of the largest cells to the smallest.
-        const SPREAD: f64 = 7.0;
         let classes = self.classes.iter().filter(|class| class[0] > 0 && class[2] > 0);
         let mean = |&[nodes, vertices, seams]: &[u64; 3]| {
             let nodes = nodes as f64;
@@ -41,7 +39,7 @@ impl SeamGrowth {
         };
         let logarithms: Vec<(f64, f64)> = classes.map(mean).collect();
         let (&(least, _), &(largest, seam)) = (logarithms.first()?, logarithms.last()?);
-        if largest - least < SPREAD.ln() {
+        if largest - least < spread.ln() {
             return None;
         }
         let count = logarithms.len() as f64;
@@ -69,7 +67,7 @@ mod tests {
             for (cells, points) in [(16, 60_000), (4, 240_000), (1, 960_000)] {
                 (0..cells).for_each(|_| growth.observe(points, seam(points)));
             }
-            let bytes = growth.root_bytes(100_000_000)?;
+            let bytes = growth.root_bytes(100_000_000, 7.0)?;
             Some(bytes / (SEAM_BYTES + SEAM_WORK_BYTES))
         };
         assert_eq!(root(|m| 25 * m.isqrt()), None);
@@ -77,6 +75,6 @@ mod tests {
         let mut alike = SeamGrowth::default();
         alike.observe(60_000, 900);
         alike.observe(70_000, 990);
-        assert_eq!(alike.root_bytes(1 << 30), None);
+        assert_eq!(alike.root_bytes(1 << 30, 2.0), None);
     }
 }

@@ -135,7 +135,9 @@ impl Spilling {
             let _ = reply.send(plan);
         };
         let thread = thread::Builder::new().name("tile-spill".to_owned());
-        thread.spawn(work).map_err(|error| BuildError::io(&path, "start a thread to spill to", error))?;
+        thread
+            .spawn(work)
+            .map_err(|error| BuildError::io(&path, "start a thread to spill to", error))?;
         Ok(Self { batches, plan })
     }
 

@@ -17,7 +17,8 @@ use super::codec::{Decoder, Encoder};
 use super::node::{Seam, SeamVertex};
 use super::spill::{Block, Plan, Run};
 use super::summary::LevelSummary;
-use super::{Description, TileState};
+use super::work_folder::WorkFolder;
+use super::{BuildError, Description, TileState};
 use crate::geometry::Point;
 use crate::store::{Extent, KdNode, KdTree, Source, TileId, VertexId};
 
@@ -285,6 +286,54 @@ impl JournalReader {
             self.good += 8 + u64::from(length);
         }
         Ok(entry)
+    }
+}
+
+/// What a build before has finished.
+#[derive(Debug, Default)]
+pub(super) struct FinishedBlocks {
+    pub(super) blocks: u32,
+    pub(super) points: u64,
+    pub(super) cores: Vec<Extent>,
+    pub(super) journal_length: u64,
+    /// Bytes of the files that are to stay.
+    pub(super) file_length: u64,
+    pub(super) log_length: u64,
+}
+
+impl FinishedBlocks {
+    /// Reads what the journal has, as far as the files have it too.
+    pub(super) fn read(folder: &WorkFolder) -> Result<Self, BuildError> {
+        let path = folder.journal();
+        let cannot = |error| BuildError::io(&path, "read", error);
+        let mut this = Self::default();
+        let mut reader = match JournalReader::open(&path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(this),
+            opened => opened.map_err(cannot)?,
+        };
+        let length = |path: &Path| path.metadata().map_or(0, |metadata| metadata.len());
+        let (file_length, log_length) = (length(&folder.file()), length(&folder.borders()));
+        while let Some((block, seam)) = reader.next().map_err(cannot)? {
+            let end_of_cores = block
+                .cores
+                .last()
+                .map_or(0, |core| core.offset + u64::from(core.length));
+            let chunks = block.chunks.iter().flatten().flatten();
+            let end_of_log = chunks
+                .map(|chunk| chunk.offset + u64::from(chunk.length))
+                .max()
+                .unwrap_or(0);
+            if block.number != this.blocks || end_of_cores > file_length || end_of_log > log_length {
+                break;
+            }
+            this.blocks += 1;
+            this.points += seam.below + block.duplicates;
+            this.cores.extend(block.cores);
+            this.file_length = end_of_cores;
+            this.log_length = this.log_length.max(end_of_log);
+            this.journal_length = reader.good;
+        }
+        Ok(this)
     }
 }
 

@@ -48,7 +48,11 @@ pub(super) fn conquer(
         // More points at one place than a tile may have vertices: there need not be memory to sort them.
         [first, rest @ ..] if rest.iter().all(|item| { item.point } == { first.point }) => {
             let best = rest.iter().fold(first, |best, item| {
-                if precedes(item, best, attributes, duplicates) { item } else { best }
+                if precedes(item, best, attributes, duplicates) {
+                    item
+                } else {
+                    best
+                }
             });
             vec![*best]
         }

@@ -199,7 +199,7 @@ pub struct Progress {
 
 impl Progress {
     /// The phase, and how many of its steps are done, of how many: points while they are read (the total is 0, for it is not
-    /// known), tiles later.
+    /// known) and conquered, tiles when borders are made.
     #[must_use]
     pub fn state(&self) -> (Phase, u64, u64) {
         let phase = Phase::ALL[usize::from(self.phase.load(Ordering::Relaxed))];

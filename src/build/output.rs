@@ -93,7 +93,11 @@ impl Output {
         while let Some(extent) = extents.recv().await {
             let written = match extent {
                 Extent::Core(bytes) => self.writer.append_core(&bytes).await.map(|core| self.cores.push(core)),
-                Extent::Border(bytes) => self.writer.append_border(&bytes).await.map(|border| self.borders.push(border)),
+                Extent::Border(bytes) => self
+                    .writer
+                    .append_border(&bytes)
+                    .await
+                    .map(|border| self.borders.push(border)),
                 Extent::Finished(block) => {
                     let place = self.finished.partition_point(|other| other.0.number < block.0.number);
                     self.finished.insert(place, *block);
@@ -108,7 +112,10 @@ impl Output {
 
     /// Starts the entry of the next block, if its cores were written.
     async fn enter_blocks(&mut self) -> Result<(), BuildError> {
-        let next = self.finished.front().filter(|(block, _)| block.number == self.next_block);
+        let next = self
+            .finished
+            .front()
+            .filter(|(block, _)| block.number == self.next_block);
         let Some(end) = next.map(|(block, _)| self.entered_tiles + block.tiles.len()) else {
             return Ok(());
         };
@@ -157,7 +164,9 @@ impl Output {
 
     /// Waits for the entry that is on its way.
     async fn entered(&mut self) -> Result<(), BuildError> {
-        let Some(entering) = self.entering.take() else { return Ok(()) };
+        let Some(entering) = self.entering.take() else {
+            return Ok(());
+        };
         let entered = entering.await.map_err(io::Error::other).and_then(|entered| entered);
         entered.map_err(|error| BuildError::io(&self.path, "note a finished block beside", error))
     }

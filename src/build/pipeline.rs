@@ -47,7 +47,11 @@ pub(super) fn run(
     let mut tiles: Vec<TileState> = {
         let mut found = conquest.found.lock();
         began.extend(found.conquer_began.map(|instant| (Phase::Conquer, instant)));
-        found.blocks.iter_mut().flat_map(|block| std::mem::take(&mut block.tiles)).collect()
+        found
+            .blocks
+            .iter_mut()
+            .flat_map(|block| std::mem::take(&mut block.tiles))
+            .collect()
     };
     began.push((Phase::Borders, Instant::now()));
     progress.start(Phase::Borders, tiles.len() as u64);
@@ -75,9 +79,7 @@ fn write_borders(
     for number in 0..log.group_count() {
         let _span = tracing::debug_span!("borders", group = number).entered();
         let group = log.take_group(number);
-        let group = group.map_err(|error| {
-            BuildError::io(&conquest.spill, "read the border log in", error)
-        })?;
+        let group = group.map_err(|error| BuildError::io(&conquest.spill, "read the border log in", error))?;
         let states = &mut tiles[group.tiles().start as usize..group.tiles().end as usize];
         let next = Mutex::new(group.tiles().zip(states));
         let work = || {

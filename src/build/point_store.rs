@@ -79,7 +79,9 @@ impl PointStore {
         let mut position = record as u32;
         if has_z || u64::from(position) != record || !attributes.records.is_empty() {
             if attributes.records.is_empty() {
-                attributes.records.extend(self.items.iter().map(|item| u64::from(item.position)));
+                attributes
+                    .records
+                    .extend(self.items.iter().map(|item| u64::from(item.position)));
                 for (item, place) in self.items.iter_mut().zip(0..) {
                     item.position = place;
                 }

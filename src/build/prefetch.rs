@@ -47,7 +47,9 @@ pub(super) async fn feed(
     memory: u64,
     has_z: bool,
 ) -> Result<Prefetched, BuildError> {
-    let permits = (memory / UNIT).clamp(1, Semaphore::MAX_PERMITS as u64).min(u64::from(u32::MAX)) as u32;
+    let permits = (memory / UNIT)
+        .clamp(1, Semaphore::MAX_PERMITS as u64)
+        .min(u64::from(u32::MAX)) as u32;
     let semaphore = Arc::new(Semaphore::new(permits as usize));
     let mut done = Prefetched::default();
     for (number, block) in blocks.iter().enumerate().skip(first) {
@@ -97,16 +99,27 @@ async fn load(block: &Block, folder: &Path, has_z: bool) -> Result<PointStore, B
             let more = pieces.by_ref().take(AHEAD - reads.len());
             reads.extend(more.map(|at| tokio::spawn(file.read_at(at..run.length.min(at + PIECE)))));
             let Some(read) = reads.pop_front() else { break };
-            let piece = read.await.map_err(io::Error::other).and_then(|read| read).map_err(cannot)?;
+            let piece = read
+                .await
+                .map_err(io::Error::other)
+                .and_then(|read| read)
+                .map_err(cannot)?;
             let taken = tokio::task::spawn_blocking(move || loading.take(&piece)).await;
-            loading = taken.map_err(io::Error::other).and_then(|taken| taken).map_err(cannot)?;
+            loading = taken
+                .map_err(io::Error::other)
+                .and_then(|taken| taken)
+                .map_err(cannot)?;
         }
         if !loading.rest.is_empty() {
             return Err(cannot(spill::damaged(&path, "the last chunk is cut short")));
         }
     }
     if loading.store.items.len() as u64 != block.points {
-        return Err(BuildError::io(folder, "read the runs in", spill::damaged(folder, "points are missing")));
+        return Err(BuildError::io(
+            folder,
+            "read the runs in",
+            spill::damaged(folder, "points are missing"),
+        ));
     }
     Ok(loading.store)
 }
@@ -118,7 +131,9 @@ impl Loading {
         let mut at = 0;
         while let Some(header) = self.rest[at..].first_chunk::<HEADER>() {
             let length = chunk_length(header, u64::MAX).map_err(|problem| spill::damaged(&self.path, problem))?;
-            let Some(chunk) = self.rest[at..].get(..length) else { break };
+            let Some(chunk) = self.rest[at..].get(..length) else {
+                break;
+            };
             let take = |record| self.store.push_record(record, self.has_z);
             decode_chunk(chunk, take).map_err(|problem| spill::damaged(&self.path, problem))?;
             at += length;

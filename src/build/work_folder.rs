@@ -218,7 +218,9 @@ fn is_ours(path: &Path) -> io::Result<bool> {
         let entry = entry?;
         let name = entry.file_name();
         let name = name.to_str().unwrap_or_default();
-        let is_run = name.strip_prefix(RUN).is_some_and(|number| number.parse::<u32>().is_ok());
+        let is_run = name
+            .strip_prefix(RUN)
+            .is_some_and(|number| number.parse::<u32>().is_ok());
         let is_known = [LOCK, TILES, PLAN, "plan.new", JOURNAL, BORDERS].contains(&name);
         if !(is_run || is_known) || !entry.file_type()?.is_file() {
             return Ok(false);

@@ -110,8 +110,14 @@ impl KdTree {
                     let (first, before) = (out.len() as u32, *tiles);
                     let subtree = &subtrees[leaf.0 as usize];
                     out.extend(subtree.nodes.iter().map(|&node| match node {
-                        KdNode::X { cut, right } => KdNode::X { cut, right: right + first },
-                        KdNode::Y { cut, right } => KdNode::Y { cut, right: right + first },
+                        KdNode::X { cut, right } => KdNode::X {
+                            cut,
+                            right: right + first,
+                        },
+                        KdNode::Y { cut, right } => KdNode::Y {
+                            cut,
+                            right: right + first,
+                        },
                         KdNode::Leaf(tile) => KdNode::Leaf(TileId(before + tile.0)),
                     }));
                     *tiles += subtree.tiles;

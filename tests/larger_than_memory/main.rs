@@ -89,9 +89,14 @@ fn sorted_points_and_others_that_deceive() {
     let far = Point::new(1e9, -1e9);
     runtime().block_on(async {
         let scratch = Scratch::new();
-        let summary = build_batches(&scratch.path, &batches(&points, &[]), options(LITTLE, 2)).await.unwrap();
+        let summary = build_batches(&scratch.path, &batches(&points, &[]), options(LITTLE, 2))
+            .await
+            .unwrap();
         let divide = &summary.phases[1];
-        assert!(divide.bytes_read > 0 && divide.bytes_written > 0, "no run was split again");
+        assert!(
+            divide.bytes_read > 0 && divide.bytes_written > 0,
+            "no run was split again"
+        );
         assert_eq!(digest_of(&scratch).await, expected);
 
         // A sample that has nothing to do with the points, and a number that is wrong.
@@ -128,7 +133,9 @@ fn runs_of_equal_points_are_merged() {
                 duplicates: rule,
                 ..options(LITTLE, 2)
             };
-            let summary = build_batches(&scratch.path, &batches(&points, &z), options).await.unwrap();
+            let summary = build_batches(&scratch.path, &batches(&points, &z), options)
+                .await
+                .unwrap();
             assert_eq!(summary.duplicates, 123_000 - summary.vertices, "{rule}");
             assert_eq!(digest_of(&scratch).await, expected, "{rule}");
             let mut next = batches(&points, &z).into_iter();
@@ -148,7 +155,15 @@ fn runs_of_equal_points_are_merged() {
             duplicates: Duplicates::Error,
             ..options(LITTLE, 2)
         };
-        let second = |place: Point| points.iter().enumerate().filter(move |(_, p)| **p == place).nth(1).unwrap().0;
+        let second = |place: Point| {
+            points
+                .iter()
+                .enumerate()
+                .filter(move |(_, p)| **p == place)
+                .nth(1)
+                .unwrap()
+                .0
+        };
         let first = places.into_iter().map(second).min().unwrap() as u64;
         let scratch = Scratch::new();
         let built = build_batches(&scratch.path, &batches(&points, &z), error).await;
@@ -167,7 +182,10 @@ fn records_beyond_32_bits_and_z_survive_runs() {
     for with_z in [false, true] {
         let mut input = batches(&points, if with_z { &z } else { &[] });
         let shift = u64::from(u32::MAX) - 50_000;
-        input.iter_mut().flat_map(|batch| &mut batch.records).for_each(|record| *record += shift);
+        input
+            .iter_mut()
+            .flat_map(|batch| &mut batch.records)
+            .for_each(|record| *record += shift);
         if with_z {
             // z may come late; points before have 0.
             input[..10].iter_mut().for_each(|batch| batch.z.clear());
@@ -181,7 +199,9 @@ fn records_beyond_32_bits_and_z_survive_runs() {
                 let z = batch.z.get(i).copied().unwrap_or(0.0);
                 (batch.points[i], batch.records[i], z)
             };
-            let mut all = input.iter().flat_map(|batch| (0..batch.points.len()).map(move |i| expected(batch, i)));
+            let mut all = input
+                .iter()
+                .flat_map(|batch| (0..batch.points.len()).map(move |i| expected(batch, i)));
             let mut next = input.iter().cloned().map(|mut batch| {
                 batch.z.resize(if with_z { batch.points.len() } else { 0 }, 0.0);
                 batch
@@ -222,13 +242,20 @@ fn points_whose_root_cannot_fit() {
             progress: Arc::default(),
             ..options
         };
-        build_batches(&scratch.path, &batches(&points, &[]), more).await.unwrap();
+        build_batches(&scratch.path, &batches(&points, &[]), more)
+            .await
+            .unwrap();
         assert_eq!(digest_of(&scratch).await, reference(EngineKind::Native, &points));
     });
 }
 
 /// Builds, and is cancelled once so many points were conquered. Points are pushed only if that is needed.
-async fn build_until(scratch: &Scratch, points: &[Point], options: BuildOptions, until: u64) -> Result<BuildSummary, BuildError> {
+async fn build_until(
+    scratch: &Scratch,
+    points: &[Point],
+    options: BuildOptions,
+    until: u64,
+) -> Result<BuildSummary, BuildError> {
     let progress = Arc::clone(&options.progress);
     let watch = tokio::spawn(async move {
         loop {
@@ -261,7 +288,9 @@ fn a_build_that_was_cancelled_goes_on() {
     let expected = reference(EngineKind::Native, &points);
     runtime().block_on(async {
         let whole = Scratch::new();
-        build_batches(&whole.path, &batches(&points, &[]), resumable(false)).await.unwrap();
+        build_batches(&whole.path, &batches(&points, &[]), resumable(false))
+            .await
+            .unwrap();
         let mut resumed_blocks = 0;
         for until in [0, 50_000, 100_000, 150_000, 195_000] {
             let scratch = Scratch::new();
@@ -282,7 +311,10 @@ fn a_build_that_was_cancelled_goes_on() {
                 resumed_blocks += summary.resumed_blocks;
             }
             assert_eq!(digest_of(&scratch).await, expected);
-            assert!(fs::read(&scratch.path).unwrap() == fs::read(&whole.path).unwrap(), "the file differs");
+            assert!(
+                fs::read(&scratch.path).unwrap() == fs::read(&whole.path).unwrap(),
+                "the file differs"
+            );
             assert_eq!(left(&scratch), ["test.tiles"]);
         }
         assert!(resumed_blocks > 0, "no build went on from a finished block");
@@ -337,7 +369,9 @@ fn what_cannot_be_resumed() {
         assert!(matches!(pushed, Err(BuildError::PointsComplete)), "{pushed:?}");
         drop(builder);
         // Without resuming, what was left goes away.
-        build_batches(&scratch.path, &batches(&points, &[]), resumable(false)).await.unwrap();
+        build_batches(&scratch.path, &batches(&points, &[]), resumable(false))
+            .await
+            .unwrap();
         assert_eq!(left(&scratch), ["test.tiles"]);
     });
 }
@@ -354,7 +388,10 @@ fn damaged_work_is_noticed() {
         let cancelled = build_until(&scratch, &points, resumable(false), 100_000).await;
         assert!(matches!(cancelled, Err(BuildError::Cancelled)), "{cancelled:?}");
         let folder = scratch.folder.path().join("test.tiles.partial");
-        let names: Vec<_> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        let names: Vec<_> = fs::read_dir(&folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name())
+            .collect();
         for round in 0..40 {
             let name = &names[round % names.len()];
             let copy = Scratch::new();

@@ -147,8 +147,15 @@ fn how_to_go_on(error: anyhow::Error, output: &Path) -> anyhow::Error {
             "interrupted; the work so far is kept in {folder}: the same command with --resume goes on with it"
         ),
         (true, false) => anyhow::anyhow!("interrupted; {} was not written", output.display()),
-        (false, true) if !matches!(error.downcast_ref(), Some(BuildError::Locked(_) | BuildError::NotOurs(_))) => {
-            anyhow::anyhow!("{error:#}; the work so far is kept in {folder}: the same command with --resume goes on with it")
+        (false, true)
+            if !matches!(
+                error.downcast_ref(),
+                Some(BuildError::Locked(_) | BuildError::NotOurs(_))
+            ) =>
+        {
+            anyhow::anyhow!(
+                "{error:#}; the work so far is kept in {folder}: the same command with --resume goes on with it"
+            )
         }
         _ => error,
     }

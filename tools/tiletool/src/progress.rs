@@ -68,7 +68,7 @@ fn follow(progress: &Progress, input: &Bytes, stop: &AtomicBool) {
         bar.set_position(done);
         let rate = progress.points() as f64 / began.elapsed().as_secs_f64().max(1e-3);
         let tiles = match now {
-            Phase::Conquer | Phase::Borders => format!("{done} of {} tiles, ", total.unwrap_or(0)),
+            Phase::Borders => format!("{done} of {} tiles, ", total.unwrap_or(0)),
             _ => String::new(),
         };
         bar.set_message(format!("{tiles}{:.2} M points/s", rate / 1e6));

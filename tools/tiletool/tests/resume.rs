@@ -64,7 +64,9 @@ fn a_build_that_is_killed_at_any_moment_goes_on() {
 
     let mut random = 9u64;
     let mut moment = || {
-        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        random = random
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         whole.mul_f64((random >> 33) as f64 / (1u64 << 31) as f64)
     };
     let (mut kills, mut resumed_blocks) = (0, 0);
@@ -87,7 +89,10 @@ fn a_build_that_is_killed_at_any_moment_goes_on() {
             assert_eq!(summary["points"], 400_000);
             assert_eq!(summary["records"], 400_000);
         }
-        assert!(fs::read(folder.join("p.tiles")).unwrap() == bytes, "the file differs after {kills} kills");
+        assert!(
+            fs::read(folder.join("p.tiles")).unwrap() == bytes,
+            "the file differs after {kills} kills"
+        );
         assert!(!folder.join("p.tiles.partial").exists());
     }
     assert_eq!(run(folder, "digest p.tiles"), digest);
@@ -114,7 +119,12 @@ fn ctrl_c_keeps_the_work_and_says_how_to_go_on() {
     assert!(!folder.join("p.tiles").exists());
 
     // Other options, another input.
-    let other = tiletool(folder, "build p.f64 -o p.tiles --resume --tile-vertices 5000 --memory 6MB").output().unwrap();
+    let other = tiletool(
+        folder,
+        "build p.f64 -o p.tiles --resume --tile-vertices 5000 --memory 6MB",
+    )
+    .output()
+    .unwrap();
     assert_eq!(other.status.code(), Some(1));
     assert!(errors(&other).contains("tile vertices: 4000"), "{}", errors(&other));
     let modified = fs::metadata(folder.join("p.f64")).unwrap().modified().unwrap();
@@ -133,7 +143,10 @@ fn ctrl_c_keeps_the_work_and_says_how_to_go_on() {
 #[test]
 fn standard_input_cannot_be_resumed() {
     let folder = tempfile::tempdir().unwrap();
-    let output = tiletool(folder.path(), "build - -o p.tiles --resume").stdin(Stdio::null()).output().unwrap();
+    let output = tiletool(folder.path(), "build - -o p.tiles --resume")
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
     assert_eq!(output.status.code(), Some(1));
     assert!(errors(&output).contains("standard input cannot"), "{}", errors(&output));
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
@@ -146,7 +159,13 @@ fn a_build_that_runs_out_of_room_goes_on_when_there_is_more() {
     let folder = scratch.path();
     let disk = folder.join("disk");
     fs::create_dir(&disk).unwrap();
-    let mount = |args: &[&str]| Command::new(args[0]).args(&args[1..]).arg(&disk).output().is_ok_and(|o| o.status.success());
+    let mount = |args: &[&str]| {
+        Command::new(args[0])
+            .args(&args[1..])
+            .arg(&disk)
+            .output()
+            .is_ok_and(|o| o.status.success())
+    };
     if !mount(&["mount", "-t", "tmpfs", "-o", "size=40m", "tmpfs"]) {
         println!("skipped: no tmpfs can be mounted here");
         return;
@@ -164,7 +183,9 @@ fn a_build_that_runs_out_of_room_goes_on_when_there_is_more() {
     let kept = disk.join("p.tiles.partial").exists();
     fs::remove_file(disk.join("other")).unwrap();
     let resumed = tiletool(folder, &format!("{build} --resume --json")).output().unwrap();
-    let verified = tiletool(folder, "verify --deep disk/p.tiles --against p.f64").output().unwrap();
+    let verified = tiletool(folder, "verify --deep disk/p.tiles --against p.f64")
+        .output()
+        .unwrap();
     assert!(mount(&["umount"]));
     assert!(fill.is_err(), "the disk was not full");
     assert_eq!(output.status.code(), Some(1), "{said}");
