@@ -12,6 +12,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
+use tracing::Instrument;
 
 use super::BuildError;
 use super::journal::{self, FinishedBlock};
@@ -91,23 +92,24 @@ impl Output {
     /// Writes all that comes.
     pub(super) async fn write_all(&mut self, mut extents: mpsc::Receiver<Extent>) -> Result<(), BuildError> {
         while let Some(extent) = extents.recv().await {
-            let written = match extent {
-                Extent::Core(bytes) => self.writer.append_core(&bytes).await.map(|core| self.cores.push(core)),
-                Extent::Border(bytes) => self
-                    .writer
-                    .append_border(&bytes)
-                    .await
-                    .map(|border| self.borders.push(border)),
-                Extent::Finished(block) => {
-                    let place = self.finished.partition_point(|other| other.0.number < block.0.number);
-                    self.finished.insert(place, *block);
-                    Ok(())
-                }
-            };
+            let span = tracing::trace_span!("write");
+            let written = self.take(extent).instrument(span).await;
             written.map_err(|error| BuildError::io(&self.path, "write", error))?;
             self.enter_blocks().await?;
         }
         self.entered().await
+    }
+
+    async fn take(&mut self, extent: Extent) -> io::Result<()> {
+        match extent {
+            Extent::Core(bytes) => self.cores.push(self.writer.append_core(&bytes).await?),
+            Extent::Border(bytes) => self.borders.push(self.writer.append_border(&bytes).await?),
+            Extent::Finished(block) => {
+                let place = self.finished.partition_point(|other| other.0.number < block.0.number);
+                self.finished.insert(place, *block);
+            }
+        }
+        Ok(())
     }
 
     /// Starts the entry of the next block, if its cores were written.
@@ -158,7 +160,7 @@ impl Output {
             });
             removed.await.map_err(io::Error::other)
         };
-        self.entering = Some(tokio::spawn(tracing::Instrument::instrument(enter, span)));
+        self.entering = Some(tokio::spawn(enter.instrument(span)));
         Ok(())
     }
 
