@@ -3,7 +3,7 @@
 //! ```text
 //! while points come   those that fit, or buffers of runs
 //! afterwards          tiles in work, one for each thread    WORK_BYTES for each vertex
-//!                     blocks: one in work, one that comes   three quarters of the rest
+//!                     blocks: one in work, one that comes   at most three quarters of the rest
 //!                     seams that wait                       an eighth; a merge takes the place of a tile
 //!                     border log                            an eighth
 //! ```
@@ -97,10 +97,12 @@ pub(super) fn shares(options: &BuildOptions, points: u64, has_z: bool) -> Result
     let blocks = rest / 4 * 3;
     let share = blocks / 2 / point_bytes(has_z);
     let wanted = (points / BLOCKS).max(4 * tile_vertices);
+    let block_points = share.min(MAX_BLOCK).min(wanted).max(1);
     Ok(Shares {
         threads,
-        block_points: share.min(MAX_BLOCK).min(wanted).max(1),
-        blocks,
+        block_points,
+        // More than the next one ahead would gain nothing.
+        blocks: blocks.min(2 * block_points * point_bytes(has_z)),
         merge_vertices: merge_vertices(options, rest / 8),
         border_log: (rest / 8).min(16 << 20) as usize,
     })
@@ -123,17 +125,28 @@ fn merge_vertices(options: &BuildOptions, bytes: u64) -> usize {
     ((bytes / 3 / SEAM_BYTES) as usize).max(options.tile_vertices)
 }
 
-/// Whether blocks that were planned with another budget fit in this one.
-pub(super) fn check_blocks(options: &BuildOptions, plan: &Plan, shares: Shares) -> Result<(), BuildError> {
+/// The shares of a build that goes on with a plan, which may be another budget's: with as many threads as its blocks leave
+/// memory for.
+pub(super) fn resumed_shares(options: &BuildOptions, plan: &Plan) -> Result<Shares, BuildError> {
+    let shares = shares(options, plan.points, plan.has_z)?;
     let largest = plan.blocks.iter().map(|block| block.points).max().unwrap_or(0);
     let needed = 2 * largest * point_bytes(plan.has_z);
-    if needed > shares.blocks {
-        return Err(BuildError::Memory {
-            needed: options.memory + needed - shares.blocks,
+    let left = |threads| {
+        options
+            .memory
+            .checked_sub(work_bytes(options, threads, plan.points) + needed)
+    };
+    match (1..=shares.threads).rev().find(|&threads| left(threads).is_some()) {
+        Some(threads) => Ok(Shares {
+            threads,
+            blocks: needed.max(shares.blocks),
+            ..shares
+        }),
+        None => Err(BuildError::Memory {
+            needed: work_bytes(options, 1, plan.points) + needed,
             budget: options.memory,
-        });
+        }),
     }
-    Ok(())
 }
 
 /// Fails if there is not enough room on the disk for what a build of so many points has still to write, of which

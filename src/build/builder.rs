@@ -191,12 +191,12 @@ impl Builder {
         }
         let shares = match &store {
             Some(store) => budget::shares_in_memory(&self.options, store.byte_size()),
+            None if is_resumed => budget::resumed_shares(&self.options, &plan)?,
             None => budget::shares(&self.options, plan.points, plan.has_z)?,
         };
         let has_journal = store.is_none() && self.options.resumable.is_some();
         let mut finished = FinishedBlocks::default();
         if is_resumed {
-            budget::check_blocks(&self.options, &plan, shares)?;
             finished = FinishedBlocks::read(&self.folder)?;
         }
         let run_bytes = plan
