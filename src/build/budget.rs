@@ -161,7 +161,7 @@ pub(super) fn check_disk(folder: &WorkFolder, points: u64, run_bytes: u64, has_z
     let output = points.saturating_mul(VERTEX_BYTES + if has_z { 8 } else { 0 });
     let spilled = points.saturating_mul(BORDER_BYTES);
     let needs = if folder.spill() == folder.path() {
-        vec![(folder.path(), (output + spilled).saturating_sub(run_bytes))]
+        vec![(folder.path(), output.saturating_add(spilled).saturating_sub(run_bytes))]
     } else {
         vec![
             (folder.path(), output),

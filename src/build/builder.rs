@@ -21,7 +21,7 @@ use super::pipeline;
 use super::point_store::PointStore;
 use super::prefetch::{self, Prefetched};
 use super::schedule::{BlockPoints, Board};
-use super::spill::{Block, Plan};
+use super::spill::{self, Block, Plan};
 use super::summary::{LevelSummary, PhaseSummary, Waits};
 use super::work_folder::WorkFolder;
 use super::{BuildError, BuildOptions, BuildSummary, Description, GENERATION, Phase, TileState, peak_memory};
@@ -71,7 +71,7 @@ impl Builder {
             // Whatever is wrong with it, what is there stays there.
             this.folder.keep(true);
             this.resume()?;
-            this.folder.keep(false);
+            this.folder.keep(!this.needs_points());
         }
         this.options.progress.start(Phase::Read, 0);
         Ok(this)
@@ -122,7 +122,8 @@ impl Builder {
     ///
     /// # Errors
     /// If there is not enough room on the disk for so many points, or the memory is too small for any work.
-    pub fn expect(&mut self, points: u64, sample: Vec<Point>) -> Result<(), BuildError> {
+    pub fn expect(&mut self, points: u64, mut sample: Vec<Point>) -> Result<(), BuildError> {
+        sample.retain(|point| point.is_valid());
         budget::check_disk(&self.folder, points, 0, false)?;
         self.intake.expect(points, sample, &self.options, &self.folder)
     }
@@ -171,10 +172,15 @@ impl Builder {
         self.keep_after(built)
     }
 
-    /// What was done stays where a build that can be resumed was stopped from without.
+    /// What was done stays where a build that can be resumed was stopped from without; once the plan is saved it stays
+    /// anyway, unless going on would end in the same way.
     fn keep_after<T>(&self, result: Result<T, BuildError>) -> Result<T, BuildError> {
-        if let Err(BuildError::Cancelled | BuildError::Io { .. } | BuildError::Disk { .. }) = result {
-            self.folder.keep(self.options.resumable.is_some());
+        match result {
+            Err(BuildError::Cancelled | BuildError::Io { .. } | BuildError::Disk { .. }) => {
+                self.folder.keep(self.options.resumable.is_some());
+            }
+            Err(BuildError::Duplicate { .. } | BuildError::TooManyTiles { .. }) => self.folder.keep(false),
+            _ => {}
         }
         result
     }
@@ -198,13 +204,10 @@ impl Builder {
         let mut finished = FinishedBlocks::default();
         if is_resumed {
             finished = FinishedBlocks::read(&self.folder)?;
+            check_runs(&plan.blocks[finished.blocks as usize..], &self.folder)?;
         }
-        let run_bytes = plan
-            .blocks
-            .iter()
-            .flat_map(|block| &block.runs)
-            .map(|run| run.length)
-            .sum();
+        let unfinished = plan.blocks[finished.blocks as usize..].iter();
+        let run_bytes = unfinished.flat_map(|block| &block.runs).map(|run| run.length).sum();
         budget::check_disk(&self.folder, plan.points - finished.points, run_bytes, plan.has_z)?;
         if has_journal && !is_resumed {
             let saved = SavedPlan {
@@ -265,6 +268,8 @@ impl Builder {
             found: Mutex::default(),
             limits,
         });
+        // Whoever drops this future stops the threads too.
+        let _stop = StopOnDrop(&conquest.board);
         let first_tile = finished.cores.len() as u32;
         let resumed_blocks = finished.blocks;
         let mut output = Output::new(file, path.clone(), finished.cores, journal, resumed_blocks);
@@ -406,6 +411,7 @@ impl Builder {
             self.folder.spill(),
             shares.blocks,
             has_z,
+            conquest.limits.has_journal,
         )
         .await
     }
@@ -469,6 +475,29 @@ impl Builder {
         };
         Directory { metadata, tree, tiles }
     }
+}
+
+/// Stops computing when it is dropped.
+struct StopOnDrop<'a>(&'a Board);
+
+impl Drop for StopOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.stop();
+    }
+}
+
+/// Fails if runs that will be needed are not there, before anything is changed.
+fn check_runs(blocks: &[Block], folder: &WorkFolder) -> Result<(), BuildError> {
+    for run in blocks.iter().flat_map(|block| &block.runs) {
+        let path = run.path(folder.spill());
+        let length = path.metadata().map(|metadata| metadata.len());
+        let length = length.map_err(|error| BuildError::io(&path, "resume: a run is missing; cannot read", error))?;
+        if length < run.length {
+            let error = spill::damaged(&path, "the run is cut short");
+            return Err(BuildError::io(&path, "resume", error));
+        }
+    }
+    Ok(())
 }
 
 /// What a build is made of, once all points are there.

@@ -32,8 +32,22 @@ pub(super) enum Intake {
 /// The thread that distributes points.
 #[derive(Debug)]
 pub(super) struct Spilling {
-    batches: mpsc::Sender<PointBatch>,
-    plan: oneshot::Receiver<Result<Plan, BuildError>>,
+    /// None once all have come, or nobody takes them.
+    batches: Option<mpsc::Sender<PointBatch>>,
+    plan: Option<oneshot::Receiver<Result<Plan, BuildError>>>,
+    thread: Option<thread::JoinHandle<()>>,
+}
+
+impl Drop for Spilling {
+    /// Waits for the thread, which ends with the batch at hand, so that it does not outlive the work folder.
+    fn drop(&mut self) {
+        self.batches = None;
+        self.plan = None;
+        if let Some(thread) = self.thread.take() {
+            // Whatever it had to say, nobody listens any more.
+            let _ = thread.join();
+        }
+    }
 }
 
 /// All points.
@@ -63,7 +77,7 @@ impl Intake {
         }
         // What is to come may be told wrong; it decides how finely the plane is cut, nothing else.
         let shares = budget::shares(options, points, false)?;
-        let cells = (4 * points).div_ceil(shares.block_points).min(1 << 16) as usize;
+        let cells = points.saturating_mul(4).div_ceil(shares.block_points).min(1 << 16) as usize;
         let cells = cells.min(budget::most_cells(options.memory));
         *self = Self::Spilling(Spilling::start(PointStore::default(), &sample, cells, options, folder)?);
         Ok(())
@@ -120,7 +134,7 @@ impl Spilling {
         folder: &Arc<WorkFolder>,
     ) -> Result<Self, BuildError> {
         let (batches, incoming) = mpsc::channel(BATCHES_AHEAD);
-        let (reply, plan) = oneshot::channel();
+        let (reply, plan) = oneshot::channel::<Result<Plan, BuildError>>();
         let mut spill = Spill::new(folder.spill(), sample, cells, budget::run_buffers(options.memory), 0);
         let (options, folder) = (Arc::clone(options), Arc::clone(folder));
         let path = folder.spill().to_owned();
@@ -128,33 +142,45 @@ impl Spilling {
             let pushed = spill.push_store(&store);
             drop(store);
             let spilled = pushed.map_err(|error| cannot_spill(folder.spill(), error));
-            let plan = spilled.and_then(|()| distribute(spill, incoming, &options));
+            let plan = spilled.and_then(|()| distribute(spill, incoming, &options, || reply.is_closed()));
             // Before the answer: whoever gets it may remove the folder.
             drop(folder);
             // If nobody waits for the answer any more, nobody needs it.
             let _ = reply.send(plan);
         };
         let thread = thread::Builder::new().name("tile-spill".to_owned());
-        thread
-            .spawn(work)
-            .map_err(|error| BuildError::io(&path, "start a thread to spill to", error))?;
-        Ok(Self { batches, plan })
+        let thread = thread.spawn(work);
+        let thread = thread.map_err(|error| BuildError::io(&path, "start a thread to spill to", error))?;
+        Ok(Self {
+            batches: Some(batches),
+            plan: Some(plan),
+            thread: Some(thread),
+        })
     }
 
     async fn push(&mut self, batch: &PointBatch) -> Result<(), BuildError> {
-        if self.batches.send(batch.clone()).await.is_ok() {
+        if let Some(batches) = &self.batches
+            && batches.send(batch.clone()).await.is_ok()
+        {
             return Ok(());
         }
         // The thread ended before its time: it knows why.
-        match (&mut self.plan).await {
-            Ok(Err(error)) => Err(error),
-            _ => Err(gone()),
+        match self.plan().await {
+            Err(error) => Err(error),
+            Ok(_) => Err(gone()),
         }
     }
 
-    async fn finish(self) -> Result<Plan, BuildError> {
-        drop(self.batches);
-        self.plan.await.unwrap_or_else(|_| Err(gone()))
+    async fn finish(mut self) -> Result<Plan, BuildError> {
+        self.batches = None;
+        self.plan().await
+    }
+
+    async fn plan(&mut self) -> Result<Plan, BuildError> {
+        match self.plan.take() {
+            Some(plan) => plan.await.unwrap_or_else(|_| Err(gone())),
+            None => Err(gone()),
+        }
     }
 }
 
@@ -171,6 +197,7 @@ fn distribute(
     mut spill: Spill,
     mut incoming: mpsc::Receiver<PointBatch>,
     options: &BuildOptions,
+    is_abandoned: impl Fn() -> bool,
 ) -> Result<Plan, BuildError> {
     let folder = spill.folder().to_owned();
     let cannot = |error: std::io::Error| {
@@ -182,6 +209,9 @@ fn distribute(
     };
     while let Some(batch) = incoming.blocking_recv() {
         spill.push(&batch).map_err(cannot)?;
+    }
+    if is_abandoned() {
+        return Err(BuildError::Cancelled);
     }
     let spilled = spill.finish().map_err(cannot)?;
     let points = spilled.runs.iter().map(|run| run.points).sum();

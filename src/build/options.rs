@@ -33,7 +33,7 @@ pub struct BuildOptions {
     /// With it, a build that outgrew the memory keeps its work where it is interrupted, and can be resumed.
     pub resumable: Option<String>,
     /// Whether to go on with the work of an interrupted build, if there is any. It must have been `resumable` with the same
-    /// text, and of the same tile size and rule for duplicates.
+    /// text, and of the same tile size, rule for duplicates and work folder.
     pub resume: bool,
     /// How far the build is, for others to look at, and the way to stop it.
     pub progress: Arc<Progress>,
@@ -73,9 +73,13 @@ impl BuildOptions {
         let Self {
             tile_vertices,
             duplicates,
+            work_folder,
             ..
         } = self;
-        format!("tile vertices: {tile_vertices}\nduplicates: {duplicates}\n{inputs}")
+        let spill = work_folder
+            .as_deref()
+            .map(|folder| std::path::absolute(folder).unwrap_or_default());
+        format!("tile vertices: {tile_vertices}\nduplicates: {duplicates}\nspilled to: {spill:?}\n{inputs}")
     }
 }
 

@@ -41,7 +41,8 @@ pub(super) fn run(
     };
     on_threads(threads, || conquest.work(&cores, sender), abort)?;
     conquest.outcome()?;
-    if progress.is_cancelled() {
+    // If it was stopped for a failed write, whoever writes tells that.
+    if progress.is_cancelled() || conquest.board.is_stopped() {
         return Err(BuildError::Cancelled);
     }
     let mut tiles: Vec<TileState> = {
@@ -78,6 +79,9 @@ fn write_borders(
     });
     for number in 0..log.group_count() {
         let _span = tracing::debug_span!("borders", group = number).entered();
+        if progress.is_cancelled() || sender.is_closed() {
+            return Err(BuildError::Cancelled);
+        }
         let group = log.take_group(number);
         let group = group.map_err(|error| BuildError::io(&conquest.spill, "read the border log in", error))?;
         let states = &mut tiles[group.tiles().start as usize..group.tiles().end as usize];

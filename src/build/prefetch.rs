@@ -38,7 +38,7 @@ pub(super) struct Prefetched {
     pub(super) waited: Duration,
 }
 
-/// Gives the board the blocks from `first` on.
+/// Gives the board the blocks from `first` on. Runs that were read go away, unless the journal needs them.
 pub(super) async fn feed(
     board: &Board,
     blocks: &[Block],
@@ -46,6 +46,7 @@ pub(super) async fn feed(
     folder: &Path,
     memory: u64,
     has_z: bool,
+    has_journal: bool,
 ) -> Result<Prefetched, BuildError> {
     let permits = (memory / UNIT)
         .clamp(1, Semaphore::MAX_PERMITS as u64)
@@ -60,6 +61,11 @@ pub(super) async fn feed(
         let span = tracing::debug_span!("prefetch", block = number, points = block.points);
         let store = load(block, folder, has_z).instrument(span).await?;
         done.bytes += block.runs.iter().map(|run| run.length).sum::<u64>();
+        if !has_journal {
+            let paths: Vec<PathBuf> = block.runs.iter().map(|run| run.path(folder)).collect();
+            // If one stays, it goes with the folder.
+            tokio::task::spawn_blocking(move || paths.iter().map(std::fs::remove_file).filter(Result::is_err).count());
+        }
         let is_wanted = board.add(BlockPoints {
             number: number as u32,
             store,

@@ -325,6 +325,11 @@ impl Board {
         self.state.lock().starved
     }
 
+    /// Whether it was stopped.
+    pub(super) fn is_stopped(&self) -> bool {
+        self.state.lock().stopped
+    }
+
     /// Ends all: nobody gets another task.
     pub(super) fn stop(&self) {
         let mut state = self.state.lock();

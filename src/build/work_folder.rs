@@ -35,6 +35,8 @@ pub(super) struct WorkFolder {
     spill: PathBuf,
     output: PathBuf,
     keep: AtomicBool,
+    /// Whether the file has its name, so that there is nothing to keep.
+    published: AtomicBool,
     /// Held, so that the lock lasts.
     _lock: File,
 }
@@ -68,26 +70,39 @@ impl WorkFolder {
                 path,
                 spill,
                 output: output.to_owned(),
-                keep: AtomicBool::new(false),
+                // Until it is known that all of it is ours.
+                keep: AtomicBool::new(true),
+                published: AtomicBool::new(false),
                 _lock: lock,
             };
-            if this.spill != this.path {
-                match fs::create_dir(&this.spill) {
-                    Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-                        if !is_ours(&this.spill).unwrap_or(false) {
-                            return Err(BuildError::NotOurs(this.spill.clone()));
-                        }
-                    }
-                    made => made.map_err(|error| BuildError::io(&this.spill, "make the folder to spill to", error))?,
+            if let Err(error) = this.prepare_spill() {
+                if !resume {
+                    let _ = fs::remove_dir_all(&this.path);
                 }
+                return Err(error);
             }
             if !resume {
                 this.empty()
                     .map_err(|e| BuildError::io(&this.path, "empty the work folder", e))?;
+                this.keep(false);
             }
             return Ok(this);
         }
         Err(BuildError::Locked(path))
+    }
+
+    /// Makes the folder to spill to, or takes over one that a build left.
+    fn prepare_spill(&self) -> Result<(), BuildError> {
+        if self.spill == self.path {
+            return Ok(());
+        }
+        match fs::create_dir(&self.spill) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => match is_ours(&self.spill) {
+                Ok(true) => Ok(()),
+                _ => Err(BuildError::NotOurs(self.spill.clone())),
+            },
+            made => made.map_err(|error| BuildError::io(&self.spill, "make the folder to spill to", error)),
+        }
     }
 
     /// Removes all that a build before has left.
@@ -108,7 +123,8 @@ impl WorkFolder {
 
     /// Whether the folder outlives this value.
     pub(super) fn keep(&self, keep: bool) {
-        self.keep.store(keep, Ordering::Relaxed);
+        let published = self.published.load(Ordering::Relaxed);
+        self.keep.store(keep && !published, Ordering::Relaxed);
     }
 
     /// The folder.
@@ -145,6 +161,7 @@ impl WorkFolder {
     pub(super) fn publish(&self) -> Result<(), BuildError> {
         let output = &self.output;
         fs::rename(self.file(), output).map_err(|e| BuildError::io(output, "rename the finished file to", e))?;
+        self.published.store(true, Ordering::Relaxed);
         self.keep(false);
         let folder = match output.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -175,7 +192,12 @@ impl Drop for WorkFolder {
 
 /// The folder in `tmp` for the work on an output: always the same, and no other output's.
 fn spill_folder(tmp: &Path, output: &Path) -> Result<PathBuf, BuildError> {
-    let output = std::path::absolute(output).map_err(|error| BuildError::io(output, "find", error))?;
+    let parent = match output.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let parent = fs::canonicalize(parent).map_err(|error| BuildError::io(parent, "find the folder", error))?;
+    let output = parent.join(output.file_name().unwrap_or_default());
     let hash = xxh3_64(output.as_os_str().as_encoded_bytes());
     let mut name = output.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{hash:016x}.partial"));

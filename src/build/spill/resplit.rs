@@ -63,6 +63,9 @@ pub(in crate::build) fn plan_blocks(
     };
     let bytes_written = spilled.runs.iter().map(|run| run.length).sum();
     let points = spilled.runs.iter().map(|run| run.points).sum();
+    if points == 0 {
+        return Ok(Plan::default());
+    }
     let part = splitting.split(part_of(&spilled.tree, &spilled.runs))?;
     let (mut nodes, mut blocks) = (Vec::new(), Vec::new());
     join(part, limits.block_points, &mut nodes, &mut blocks);

@@ -8,11 +8,11 @@ use std::thread::available_parallelism;
 use bytesize::ByteSize;
 use clap::Args;
 use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates, Phase};
-use delaunay_tiles::input::{PointBatch, PointSource};
+use delaunay_tiles::input::{PointBatch, PointSource, Returns};
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::Source;
 use serde::{Deserialize, Serialize};
-use tokio::sync::mpsc;
+use tokio::sync::{Notify, mpsc};
 
 use crate::common;
 use crate::input_args::InputArgs;
@@ -89,7 +89,9 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     if let Some(memory) = args.memory {
         options.memory = memory.as_u64();
     }
-    let source = PointSource::open(&args.inputs, &args.input.options())?;
+    let input_options = args.input.options();
+    let is_filtered = !input_options.classes.is_empty() || input_options.returns != Returns::All;
+    let source = PointSource::open(&args.inputs, &input_options)?;
     options.resume = args.resume;
     options.resumable = source.identity();
     let progress = Arc::clone(&options.progress);
@@ -102,12 +104,13 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
         )
     });
     let output = args.output.clone();
+    let cancelled = Arc::new(Notify::new());
     let built = common::block_on(async move {
         let builder = Builder::new(&output, options)?;
         if args.resume && builder.needs_points() && !args.quiet {
             eprintln!("note: there is no finished work to go on from; the build starts from the beginning");
         }
-        let building = build(source, builder, read);
+        let building = build(source, builder, read, is_filtered, Arc::clone(&cancelled));
         tokio::pin!(building);
         loop {
             tokio::select! {
@@ -117,6 +120,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
                     anyhow::bail!("interrupted");
                 } else {
                     progress.cancel();
+                    cancelled.notify_one();
                 }
             }
         }
@@ -137,27 +141,23 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
 
 /// Says of a build that was stopped from without what became of its work.
 fn how_to_go_on(error: anyhow::Error, output: &Path) -> anyhow::Error {
-    let cancelled = matches!(error.downcast_ref(), Some(BuildError::Cancelled));
     let mut folder = output.as_os_str().to_owned();
     folder.push(".partial");
-    let folder = Path::new(&folder).display();
-    let kept = Path::new(&format!("{folder}")).exists();
-    match (cancelled, kept) {
-        (true, true) => anyhow::anyhow!(
-            "interrupted; the work so far is kept in {folder}: the same command with --resume goes on with it"
-        ),
-        (true, false) => anyhow::anyhow!("interrupted; {} was not written", output.display()),
-        (false, true)
-            if !matches!(
-                error.downcast_ref(),
-                Some(BuildError::Locked(_) | BuildError::NotOurs(_))
-            ) =>
-        {
-            anyhow::anyhow!(
-                "{error:#}; the work so far is kept in {folder}: the same command with --resume goes on with it"
-            )
-        }
-        _ => error,
+    let folder = Path::new(&folder);
+    let what = match error.downcast_ref() {
+        Some(BuildError::Locked(_) | BuildError::NotOurs(_) | BuildError::OtherBuild { .. }) => return error,
+        Some(BuildError::Cancelled) => "interrupted".to_owned(),
+        _ => format!("{error:#}"),
+    };
+    let shown = folder.display();
+    if folder.join("plan").exists() {
+        anyhow::anyhow!("{what}; the work so far is kept in {shown}: the same command with --resume goes on with it")
+    } else if folder.exists() {
+        anyhow::anyhow!("{what}; {shown} is kept, but the input was not all there yet: --resume starts again")
+    } else if what == "interrupted" {
+        anyhow::anyhow!("{what}; {} was not written", output.display())
+    } else {
+        error
     }
 }
 
@@ -177,16 +177,19 @@ async fn build(
     mut source: PointSource,
     mut builder: Builder,
     read: Arc<AtomicU64>,
+    is_filtered: bool,
+    cancelled: Arc<Notify>,
 ) -> anyhow::Result<(BuildSummary, Read)> {
     if !builder.needs_points() {
         let read = serde_json::from_str(&builder.description().memo).unwrap_or_default();
         return Ok((builder.finish().await?, read));
     }
     let (sender, mut batches) = mpsc::channel::<PointBatch>(BATCHES_AHEAD);
-    let ahead;
-    (ahead, source) = tokio::task::spawn_blocking(move || (source.sample(SAMPLE), source)).await?;
-    if let Some(points) = source.expected_points() {
-        builder.expect(points, ahead?)?;
+    // A filter may leave few of the points that a file announces.
+    if let Some(points) = source.expected_points().filter(|_| !is_filtered) {
+        let sample;
+        (sample, source) = tokio::task::spawn_blocking(move || (source.sample(SAMPLE), source)).await?;
+        builder.expect(points, sample?)?;
     }
     let reading = tokio::task::spawn_blocking(move || {
         let mut batch = PointBatch::default();
@@ -198,7 +201,13 @@ async fn build(
         }
         anyhow::Ok(source)
     });
-    while let Some(batch) = batches.recv().await {
+    loop {
+        let batch = tokio::select! {
+            batch = batches.recv() => batch,
+            // Whoever waits for a pipe must hear of it too; the builder does what is due.
+            () = cancelled.notified() => Some(PointBatch::default()),
+        };
+        let Some(batch) = batch else { break };
         builder.push(&batch).await?;
     }
     let source = reading.await??;
