@@ -68,8 +68,7 @@ impl Builder {
             began: Instant::now(),
         };
         if this.options.resume {
-            // Whatever is wrong with it, what is there stays there.
-            this.folder.keep(true);
+            // The folder is kept until this is done: whatever is wrong with what is there, it stays.
             this.resume()?;
             this.folder.keep(!this.needs_points());
         }
@@ -82,7 +81,7 @@ impl Builder {
         let folder = &self.folder;
         let cannot = |error| BuildError::io(folder.path(), "resume the work in", error);
         match SavedPlan::load(&folder.plan()).map_err(cannot)? {
-            Some(saved) => {
+            Some(saved) if !folder.was_published() => {
                 let mine = self.options.identity();
                 if let Some((left, _)) = saved.identity.lines().zip(mine.lines()).find(|(a, b)| a != b) {
                     return Err(BuildError::OtherBuild {
@@ -96,7 +95,7 @@ impl Builder {
                 self.intake = Intake::Resumed(Box::new(saved));
                 Ok(())
             }
-            None => folder.empty().map_err(cannot),
+            _ => folder.empty().map_err(cannot),
         }
     }
 
@@ -219,6 +218,7 @@ impl Builder {
             saved
                 .save(&path)
                 .map_err(|error| BuildError::io(&path, "write", error))?;
+            self.folder.keep(true);
         }
         let parts = Parts {
             plan,

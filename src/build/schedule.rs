@@ -191,7 +191,7 @@ impl Board {
         self.changed.notify_all();
     }
 
-    /// A block was divided. Returns its first tile; `prepare` is called with it before anybody gets a leaf.
+    /// A block was divided. `prepare` is called with its first tile before anybody gets a leaf.
     pub(super) fn divided(&self, block: BlockPoints, division: Division, prepare: impl FnOnce(u32)) {
         let mut state = self.state.lock();
         let first_tile = state.tiles;

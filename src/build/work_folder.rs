@@ -152,6 +152,11 @@ impl WorkFolder {
         self.path.join(JOURNAL)
     }
 
+    /// Whether a build left this folder that was killed between giving its file the name and cleaning up.
+    pub(super) fn was_published(&self) -> bool {
+        self.journal().exists() && !self.file().exists()
+    }
+
     /// Where the border log is spilled to.
     pub(super) fn borders(&self) -> PathBuf {
         self.spill.join(BORDERS)
@@ -178,6 +183,8 @@ impl Drop for WorkFolder {
         if self.keep.load(Ordering::Relaxed) {
             return;
         }
+        // Who is killed on the way must not leave a plan without what it speaks of.
+        let _ = fs::remove_file(self.plan());
         let mut folders = vec![&self.path];
         if self.spill != self.path {
             folders.push(&self.spill);

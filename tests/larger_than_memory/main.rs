@@ -321,6 +321,68 @@ fn a_build_that_was_cancelled_goes_on() {
     });
 }
 
+/// A caller that stops waiting, as a service does that ends, loses nothing.
+#[test]
+fn a_build_that_was_dropped_goes_on() {
+    let points = points_of(Kind::Uniform, 200_000, 5);
+    let expected = reference(EngineKind::Native, &points);
+    runtime().block_on(async {
+        let scratch = Scratch::new();
+        let options = resumable(false);
+        let progress = Arc::clone(&options.progress);
+        let mut builder = Builder::new(&scratch.path, options).unwrap();
+        for batch in batches(&points, &[]) {
+            builder.push(&batch).await.unwrap();
+        }
+        let far = async {
+            while !matches!(progress.state(), (Phase::Conquer, done, _) if done >= 100_000) {
+                tokio::time::sleep(Duration::from_micros(200)).await;
+            }
+        };
+        tokio::select! {
+            built = builder.finish() => panic!("it was not stopped: {built:?}"),
+            () = far => {}
+        }
+        assert_eq!(left(&scratch), ["test.tiles.partial"]);
+        // Its threads hold the lock until they have ended.
+        let mut again = Builder::new(&scratch.path, resumable(true));
+        for _ in 0..500 {
+            if !matches!(again, Err(BuildError::Locked(_))) {
+                break;
+            }
+            tokio::time::sleep(Duration::from_millis(10)).await;
+            again = Builder::new(&scratch.path, resumable(true));
+        }
+        let again = again.unwrap();
+        assert!(!again.needs_points(), "the work is gone");
+        again.finish().await.unwrap();
+        assert_eq!(digest_of(&scratch).await, expected);
+        assert_eq!(left(&scratch), ["test.tiles"]);
+    });
+}
+
+/// As if it had been killed after it gave the file its name: there is nothing to go on from.
+#[test]
+fn what_a_published_build_left_is_cleared_away() {
+    let points = points_of(Kind::Uniform, 200_000, 6);
+    runtime().block_on(async {
+        let scratch = Scratch::new();
+        let cancelled = build_until(&scratch, &points, resumable(false), 100_000).await;
+        assert!(matches!(cancelled, Err(BuildError::Cancelled)), "{cancelled:?}");
+        let mut partial = scratch.path.clone().into_os_string();
+        partial.push(".partial");
+        fs::remove_file(Path::new(&partial).join("tiles")).unwrap();
+        let mut builder = Builder::new(&scratch.path, resumable(true)).unwrap();
+        assert!(builder.needs_points());
+        for batch in batches(&points, &[]) {
+            builder.push(&batch).await.unwrap();
+        }
+        builder.finish().await.unwrap();
+        assert_eq!(digest_of(&scratch).await, reference(EngineKind::Native, &points));
+        assert_eq!(left(&scratch), ["test.tiles"]);
+    });
+}
+
 #[test]
 fn what_cannot_be_resumed() {
     let points = points_of(Kind::Uniform, 200_000, 2);
