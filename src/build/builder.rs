@@ -27,7 +27,7 @@ use super::work_folder::WorkFolder;
 use super::{BuildError, BuildOptions, BuildSummary, Description, GENERATION, Phase, TileState, peak_memory};
 use crate::geometry::{Point, Rect};
 use crate::input::PointBatch;
-use crate::io::ThreadsFile;
+use crate::io::{Buffers, ThreadsFile};
 use crate::store::{Directory, Extent, KdNode, KdTree, Metadata, TileEntry, TileId};
 
 /// Builds a tile file from batches of points.
@@ -267,6 +267,7 @@ impl Builder {
             log: Mutex::new(log),
             found: Mutex::default(),
             limits,
+            buffers: Buffers::keeping(shares.threads.div_ceil(2)),
         });
         // Whoever drops this future stops the threads too.
         let _stop = StopOnDrop(&conquest.board);

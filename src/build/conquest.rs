@@ -22,6 +22,7 @@ use super::schedule::{BlockPoints, Board, Task};
 use super::summary::LevelSummary;
 use super::{BuildError, GENERATION, TileState};
 use crate::geometry::Point;
+use crate::io::Buffers;
 use crate::store::{KdTree, MAX_TILES, TileId};
 
 /// Conquers leaves and merges seams.
@@ -33,6 +34,8 @@ pub(super) struct Conquest {
     pub(super) log: Mutex<BorderLog>,
     pub(super) found: Mutex<Found>,
     pub(super) limits: ConquestLimits,
+    /// For the cores on their way to the file.
+    pub(super) buffers: Buffers,
 }
 
 /// What conquest must keep to, and what it knows of its input.
@@ -89,7 +92,7 @@ impl Conquest {
     where
         F: FnMut(u32, Bytes) -> Result<(), Closed>,
     {
-        let mut workspace = Workspace::new(self.options.engine.create());
+        let mut workspace = Workspace::new(self.options.engine.create(), self.buffers.clone());
         while let Some(task) = self.board.take() {
             let done = match task {
                 Task::Divide { block, threads } => self.divide(block, threads),
@@ -208,9 +211,8 @@ impl Conquest {
         let cell = self.board.place(node).cell;
         let duplicates = self.options.duplicates;
         let leaf = conquer(workspace, items, &block.store.attributes, duplicates, tile, cell);
-        let core = leaf.core.encode(tile, GENERATION);
-        let (vertices, settled) = (leaf.core.points.len(), leaf.core.triangles.len());
-        drop(leaf.core);
+        let core = workspace.core.encode(tile, GENERATION, &workspace.buffers);
+        let (vertices, settled) = (workspace.core.points.len(), workspace.core.triangles.len());
         {
             let mut found = self.found.lock();
             found.waited_to_write += waited;

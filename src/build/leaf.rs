@@ -15,10 +15,9 @@ pub(super) struct OpenSide {
     pub(super) side: u32,
 }
 
-/// What a leaf gives.
+/// What a leaf gives beside its core.
 #[derive(Debug)]
 pub(super) struct Leaf {
-    pub(super) core: CoreDraft,
     pub(super) open_sides: Vec<OpenSide>,
     pub(super) bounds: Rect,
     pub(super) seam: Seam,
@@ -35,7 +34,7 @@ pub(super) fn first_duplicate(items: &[Item], attributes: &Attributes) -> Option
     second.min_by_key(|(records, _)| (records[1], records[0]))
 }
 
-/// Triangulates the points of a leaf.
+/// Triangulates the points of a leaf. Its core is left in the workspace.
 pub(super) fn conquer(
     workspace: &mut Workspace,
     items: &[Item],
@@ -58,16 +57,16 @@ pub(super) fn conquer(
         }
         _ => merge_duplicates(in_spatial_order(items), attributes, duplicates),
     };
-    let points: Vec<Point> = kept.iter().map(|item| item.point).collect();
-    let (seam_vertices, unsettled) = workspace.run(&points, cell, |_| true);
-    let mut core = CoreDraft {
-        records: kept.iter().map(|item| attributes.record(item.position)).collect(),
-        ..CoreDraft::default()
-    };
+    let mut core = std::mem::take(&mut workspace.core);
+    core.clear();
+    core.points.extend(kept.iter().map(|item| item.point));
+    core.records
+        .extend(kept.iter().map(|item| attributes.record(item.position)));
     if attributes.has_z() {
         core.z.extend(kept.iter().map(|item| attributes.z(item.position)));
     }
-    let open_sides = core_triangles(workspace, &mut core);
+    let points = &core.points;
+    let (seam_vertices, unsettled) = workspace.run(points, cell, |_| true);
     let seam_vertex = |index: u32| SeamVertex {
         id: VertexId { tile, index },
         point: points[index as usize],
@@ -78,14 +77,14 @@ pub(super) fn conquer(
         unsettled,
         vertices: seam_vertices.into_iter().map(seam_vertex).collect(),
     };
-    core.points = points;
-    Leaf {
-        bounds: Rect::around(core.points.iter().copied()),
-        core,
-        open_sides,
+    let leaf = Leaf {
+        bounds: Rect::around(points.iter().copied()),
+        open_sides: core_triangles(workspace, &mut core),
         seam,
         duplicates: (items.len() - kept.len()) as u64,
-    }
+    };
+    workspace.core = core;
+    leaf
 }
 
 /// Copies the settled triangles and their adjacency, and notes the sides where it ends.

@@ -5,8 +5,9 @@
 //! that no vertex of another cell can remove it. (Wu, section 3.3, calls it safe.)
 
 use crate::geometry::{Point, Rect, disc_strictly_inside};
+use crate::io::Buffers;
 use crate::mesh::{Engine, Triangulation, smallest_first};
-use crate::store::VertexId;
+use crate::store::{CoreDraft, VertexId};
 
 /// What a node hands to its parent.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,6 +43,10 @@ pub(super) struct Workspace {
     pub(super) fates: Vec<Fate>,
     /// For each point its place in the seam, or [`u32::MAX`].
     in_seam: Vec<u32>,
+    /// The core of the leaf that was conquered last.
+    pub(super) core: CoreDraft,
+    /// For what cores are encoded in.
+    pub(super) buffers: Buffers,
 }
 
 /// What becomes of a triangle of DT(X).
@@ -56,12 +61,14 @@ pub(super) enum Fate {
 }
 
 impl Workspace {
-    pub(super) fn new(engine: Box<dyn Engine>) -> Self {
+    pub(super) fn new(engine: Box<dyn Engine>, buffers: Buffers) -> Self {
         Self {
             engine,
             mesh: Triangulation::default(),
             fates: Vec::new(),
             in_seam: Vec::new(),
+            core: CoreDraft::default(),
+            buffers,
         }
     }
 

@@ -1,7 +1,8 @@
 //! The writing side of a build: extents go to the file in the order they come, finished blocks to the journal.
 //!
-//! A block is entered in the journal once its cores were written and both the file and the border log are on the medium. That
-//! is waited for beside the writing, not by it, and it keeps the disk busy all the time, so that little is left for the end.
+//! A block is entered in the journal once its cores were written and both the file and the border log are on the medium. Where
+//! there is no journal, the file alone is synced again and again. Both are waited for beside the writing, not by it, and keep
+//! the disk busy all the time, so that little is left for the end.
 
 use std::collections::VecDeque;
 use std::fs::{self, File};
@@ -32,6 +33,9 @@ pub(super) enum Extent {
 
 pub(super) type Sender = mpsc::Sender<Extent>;
 
+/// Bytes of the file between one sync and the next, where there is no journal.
+const SYNC_BYTES: u64 = 32 << 20;
+
 /// The journal, and what an entry depends on.
 #[derive(Debug)]
 pub(super) struct Journal {
@@ -57,7 +61,10 @@ pub(super) struct Output {
     next_block: u32,
     /// Tiles of the blocks that are in the journal or on the way into it.
     entered_tiles: usize,
-    entering: Option<JoinHandle<io::Result<()>>>,
+    /// The entry, or the sync, that is on its way.
+    beside: Option<JoinHandle<io::Result<()>>>,
+    /// Bytes of the file when it was last synced.
+    synced: u64,
     journal_bytes: u64,
 }
 
@@ -84,7 +91,8 @@ impl Output {
             journal,
             finished: VecDeque::new(),
             next_block,
-            entering: None,
+            beside: None,
+            synced: 0,
             journal_bytes: 0,
         }
     }
@@ -95,9 +103,17 @@ impl Output {
             let span = tracing::trace_span!("write");
             let written = self.take(extent).instrument(span).await;
             written.map_err(|error| BuildError::io(&self.path, "write", error))?;
-            self.enter_blocks().await?;
+            // One after the other; the next starts with the extent that comes after.
+            if self.beside.as_ref().is_some_and(|beside| !beside.is_finished()) {
+                continue;
+            }
+            self.join_beside().await?;
+            match self.journal {
+                Some(_) => self.enter_block().await?,
+                None => self.start_sync(),
+            }
         }
-        self.entered().await
+        self.join_beside().await
     }
 
     async fn take(&mut self, extent: Extent) -> io::Result<()> {
@@ -112,8 +128,18 @@ impl Output {
         Ok(())
     }
 
+    /// Starts to sync what was written, if it is worth it.
+    fn start_sync(&mut self) {
+        let length = self.writer.length();
+        if length - self.synced >= SYNC_BYTES {
+            self.synced = length;
+            let file = self.file.clone();
+            self.beside = Some(tokio::spawn(file.sync_and_release()));
+        }
+    }
+
     /// Starts the entry of the next block, if its cores were written.
-    async fn enter_blocks(&mut self) -> Result<(), BuildError> {
+    async fn enter_block(&mut self) -> Result<(), BuildError> {
         let next = self
             .finished
             .front()
@@ -121,11 +147,9 @@ impl Output {
         let Some(end) = next.map(|(block, _)| self.entered_tiles + block.tiles.len()) else {
             return Ok(());
         };
-        // One after the other; the next starts with the extent that comes after.
-        if end > self.cores.len() || self.entering.as_ref().is_some_and(|entering| !entering.is_finished()) {
+        if end > self.cores.len() {
             return Ok(());
         }
-        self.entered().await?;
         let (Some((mut block, seam)), Some(journal)) = (self.finished.pop_front(), &mut self.journal) else {
             return Ok(());
         };
@@ -148,7 +172,7 @@ impl Output {
         let (blocks, folder) = (Arc::clone(&journal.blocks), journal.folder.clone());
         let span = tracing::debug_span!("enter", block = block.number);
         let enter = async move {
-            tiles.sync().await?;
+            tiles.sync_and_release().await?;
             border_log.sync().await?;
             file.write_at(offset, entry.into()).await?;
             file.sync().await?;
@@ -160,17 +184,21 @@ impl Output {
             });
             removed.await.map_err(io::Error::other)
         };
-        self.entering = Some(tokio::spawn(enter.instrument(span)));
+        self.beside = Some(tokio::spawn(enter.instrument(span)));
         Ok(())
     }
 
-    /// Waits for the entry that is on its way.
-    async fn entered(&mut self) -> Result<(), BuildError> {
-        let Some(entering) = self.entering.take() else {
+    /// Waits for the entry, or the sync, that is on its way.
+    async fn join_beside(&mut self) -> Result<(), BuildError> {
+        let Some(beside) = self.beside.take() else {
             return Ok(());
         };
-        let entered = entering.await.map_err(io::Error::other).and_then(|entered| entered);
-        entered.map_err(|error| BuildError::io(&self.path, "note a finished block beside", error))
+        let done = beside.await.map_err(io::Error::other).and_then(|done| done);
+        let what = match self.journal {
+            Some(_) => "note a finished block beside",
+            None => "sync",
+        };
+        done.map_err(|error| BuildError::io(&self.path, what, error))
     }
 
     /// The extents of cores and borders.

@@ -14,6 +14,7 @@ use super::options::Phase;
 use super::ordered::{Closed, Ordered};
 use super::output::{Extent, Sender};
 use super::{BuildError, GENERATION, TileState};
+use crate::io::Buffers;
 use crate::store::TileId;
 
 /// When each phase began.
@@ -86,6 +87,7 @@ fn write_borders(
         let group = group.map_err(|error| BuildError::io(&conquest.spill, "read the border log in", error))?;
         let states = &mut tiles[group.tiles().start as usize..group.tiles().end as usize];
         let next = Mutex::new(group.tiles().zip(states));
+        let buffers = Buffers::default();
         let work = || {
             loop {
                 let Some((number, state)) = next.lock().next() else {
@@ -101,7 +103,10 @@ fn write_borders(
                 state.border_triangles = border.draft.triangles.len() as u32;
                 state.owned_triangles = state.core_triangles + border.owned;
                 state.bounds = state.bounds.union(border.bounds);
-                if borders.put(number, border.draft.encode(tile, GENERATION)).is_err() {
+                if borders
+                    .put(number, border.draft.encode(tile, GENERATION, &buffers))
+                    .is_err()
+                {
                     return;
                 }
                 progress.advance(1, u64::from(state.vertices));

@@ -3,7 +3,7 @@
 
 use super::*;
 use crate::geometry::{Point, Rect};
-use crate::io::MemoryFile;
+use crate::io::{Buffers, MemoryFile};
 use crate::store::{
     BorderDraft, CoreDraft, Directory, HULL, KdNode, KdTree, Metadata, OpenOptions, Source, TileEntry, TileId,
     TileWriter, VertexId,
@@ -62,8 +62,14 @@ impl Draft {
                 ..BorderDraft::default()
             };
             tiles.push(TileEntry {
-                core: writer.append_core(&core.encode(TileId(tile), 1)).await.unwrap(),
-                border: writer.append_border(&border.encode(TileId(tile), 1)).await.unwrap(),
+                core: writer
+                    .append_core(&core.encode(TileId(tile), 1, &Buffers::default()))
+                    .await
+                    .unwrap(),
+                border: writer
+                    .append_border(&border.encode(TileId(tile), 1, &Buffers::default()))
+                    .await
+                    .unwrap(),
                 generation: 1,
                 vertices,
                 core_triangles: 0,

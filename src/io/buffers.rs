@@ -1,7 +1,8 @@
-//! Buffers that are read into, and kept to be read into again.
+//! Buffers for tiles, kept to be used again once nobody reads what is in them.
 //!
 //! A scan reads thousands of tiles of about the same size. Were each buffer given back to the system's allocator, every thread
 //! that reads would keep some for itself, several times what is in use; and pages that were just read would be cleared again.
+//! So with tiles that are written.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -11,16 +12,31 @@ use parking_lot::Mutex;
 
 /// Reads of fewer bytes than this have buffers of their own.
 const SMALL: usize = 256 << 10;
-/// The most buffers that are kept.
+/// The most buffers that are kept, if nothing else is said.
 const KEPT: usize = 4;
 
 /// Buffers that nobody uses just now, the oldest first. Clones share them.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Buffers {
+#[derive(Clone, Debug)]
+pub(crate) struct Buffers {
     free: Arc<Mutex<VecDeque<Vec<u8>>>>,
+    kept: usize,
+}
+
+impl Default for Buffers {
+    fn default() -> Self {
+        Self::keeping(KEPT)
+    }
 }
 
 impl Buffers {
+    /// Keeps no more buffers than so many.
+    pub(crate) fn keeping(kept: usize) -> Self {
+        Self {
+            free: Arc::default(),
+            kept,
+        }
+    }
+
     /// A buffer of this many bytes, whatever they are.
     pub(super) fn take(&self, length: usize) -> Buffer {
         let found = self.find(length);
@@ -29,6 +45,27 @@ impl Buffers {
             length,
             owner: self.clone(),
         }
+    }
+
+    /// At least so many bytes, all 0, for [`freeze`](Self::freeze) to take back.
+    pub(crate) fn zeroed(&self, length: usize) -> Vec<u8> {
+        match self.find(length) {
+            Some(mut bytes) => {
+                bytes.fill(0);
+                bytes
+            }
+            None => vec![0; rounded(length)],
+        }
+    }
+
+    /// Bytes for others to read; they are kept for another buffer when the last of these drops its part.
+    pub(crate) fn freeze(&self, bytes: Vec<u8>) -> Bytes {
+        let buffer = Buffer {
+            length: bytes.len(),
+            bytes,
+            owner: self.clone(),
+        };
+        buffer.freeze()
     }
 
     /// Gives back what is kept.
@@ -47,7 +84,7 @@ impl Buffers {
             Some(place) => free.remove(place),
             None => {
                 // What does not fit now may never fit again.
-                if free.len() == KEPT {
+                if free.len() >= self.kept {
                     free.pop_front();
                 }
                 None
@@ -97,7 +134,7 @@ impl Drop for Buffer {
             return;
         }
         let mut free = self.owner.free.lock();
-        if free.len() < KEPT {
+        if free.len() < self.owner.kept {
             free.push_back(std::mem::take(&mut self.bytes));
         }
     }

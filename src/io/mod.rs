@@ -16,6 +16,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use futures::future::{BoxFuture, FutureExt, try_join_all};
 
+pub(crate) use buffers::Buffers;
 pub use memory::MemoryFile;
 pub use threads::ThreadsFile;
 

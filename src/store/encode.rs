@@ -7,6 +7,7 @@ use super::generated::tile as schema;
 use super::packed::{self, mark};
 use super::{TileId, VertexId};
 use crate::geometry::Point;
+use crate::io::Buffers;
 
 /// Marks of the neighbours in a core.
 pub(crate) const NOT_IN_CORE: u64 = mark(0);
@@ -50,15 +51,24 @@ pub(crate) struct BorderDraft {
 }
 
 impl CoreDraft {
-    /// The FlatBuffer of the core.
-    pub(crate) fn encode(&self, tile: TileId, generation: u32) -> Bytes {
+    /// Empties it, and keeps its memory.
+    pub(crate) fn clear(&mut self) {
+        self.points.clear();
+        self.z.clear();
+        self.records.clear();
+        self.triangles.clear();
+        self.neighbours.clear();
+    }
+
+    /// The FlatBuffer of the core, in one of these buffers.
+    pub(crate) fn encode(&self, tile: TileId, generation: u32, buffers: &Buffers) -> Bytes {
         let vertices = self.points.len() as u64;
         let sides = 3 * self.triangles.len() as u64;
         let mut vertex_sides = vec![NOT_IN_CORE; self.points.len()];
         for (&vertex, side) in self.triangles.as_flattened().iter().zip(0u64..) {
             vertex_sides[vertex as usize] = side;
         }
-        let mut builder = FlatBufferBuilder::with_capacity(56 * self.points.len() + 1024);
+        let mut builder = FlatBufferBuilder::from_vec(buffers.zeroed(56 * self.points.len() + 1024));
         let vertex_sides = packed::write(&mut builder, vertex_sides.into_iter(), sides, 1);
         let neighbours = self.neighbours.as_flattened().iter().map(|&side| match side {
             crate::mesh::NONE => NOT_IN_CORE,
@@ -87,17 +97,17 @@ impl CoreDraft {
         };
         let root = schema::Core::create(&mut builder, &args);
         builder.finish(root, None);
-        finished(builder)
+        finished(builder, buffers)
     }
 }
 
 impl BorderDraft {
-    /// The FlatBuffer of the border.
-    pub(crate) fn encode(&self, tile: TileId, generation: u32) -> Bytes {
+    /// The FlatBuffer of the border, in one of these buffers.
+    pub(crate) fn encode(&self, tile: TileId, generation: u32, buffers: &Buffers) -> Bytes {
         let corners = u64::from(self.vertices) + self.foreign.len() as u64;
         let core_sides = 3 * u64::from(self.core_triangles);
         let sides = core_sides + 3 * self.triangles.len() as u64;
-        let mut builder = FlatBufferBuilder::with_capacity(64 * self.triangles.len() + 1024);
+        let mut builder = FlatBufferBuilder::from_vec(buffers.zeroed(64 * self.triangles.len() + 1024));
         let pairs = |pairs: &[(u32, u32)]| {
             pairs
                 .iter()
@@ -128,12 +138,12 @@ impl BorderDraft {
         };
         let root = schema::Border::create(&mut builder, &args);
         builder.finish(root, None);
-        finished(builder)
+        finished(builder, buffers)
     }
 }
 
 /// The finished bytes, without a copy: they lie at the end of the builder's buffer.
-fn finished(builder: FlatBufferBuilder<'_>) -> Bytes {
+fn finished(builder: FlatBufferBuilder<'_>, buffers: &Buffers) -> Bytes {
     let (buffer, start) = builder.collapse();
-    Bytes::from(buffer).slice(start..)
+    buffers.freeze(buffer).slice(start..)
 }

@@ -8,7 +8,7 @@ use super::VerifyError;
 use crate::build::{BuildOptions, Builder};
 use crate::geometry::{Point, Rect};
 use crate::input::PointBatch;
-use crate::io::MemoryFile;
+use crate::io::{Buffers, MemoryFile};
 use crate::mesh::NONE;
 use crate::store::directory::Directory;
 use crate::store::{
@@ -125,8 +125,14 @@ impl Model {
             let mut entries = Vec::new();
             for (tile, id) in self.tiles.iter().zip(0..) {
                 let (core, border, entry) = self.encode(TileId(id), tile);
-                let core = writer.append_core(&core.encode(TileId(id), 1)).await.unwrap();
-                let border = writer.append_border(&border.encode(TileId(id), 1)).await.unwrap();
+                let core = writer
+                    .append_core(&core.encode(TileId(id), 1, &Buffers::default()))
+                    .await
+                    .unwrap();
+                let border = writer
+                    .append_border(&border.encode(TileId(id), 1, &Buffers::default()))
+                    .await
+                    .unwrap();
                 entries.push(TileEntry { core, border, ..entry });
             }
             let mut directory = self.directory.clone();
