@@ -15,7 +15,7 @@ use std::sync::Arc;
 use super::leaf::OpenSide;
 use super::node::SeamVertex;
 use crate::geometry::Point;
-use crate::store::{TileId, VertexId};
+use crate::store::{Extent, TileId, VertexId};
 
 /// A triangle that was settled by a merge: crossing, or late. Corners counter-clockwise.
 #[derive(Clone, Copy, Debug)]
@@ -61,16 +61,8 @@ fn distinct([a, b, c]: [u32; 3]) -> impl Iterator<Item = u32> {
     values.into_iter().flatten()
 }
 
-/// A piece of the log.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Chunk {
-    pub(super) offset: u64,
-    pub(super) length: u32,
-    pub(super) crc: u32,
-}
-
 /// The chunks of a group: those of open sides, and those of late triangles.
-pub(super) type GroupChunks = [Vec<Chunk>; 2];
+pub(super) type GroupChunks = [Vec<Extent>; 2];
 
 const SIDES: usize = 0;
 const TRIANGLES: usize = 1;
@@ -187,7 +179,7 @@ impl BorderLog {
         // The memory goes too: most groups get nothing more, or little.
         let buffer = std::mem::take(&mut buffers[kind]);
         self.file.write_all_at(&buffer, self.length)?;
-        chunks[kind].push(Chunk {
+        chunks[kind].push(Extent {
             offset: self.length,
             length: buffer.len() as u32,
             crc: crc32c::crc32c(&buffer),

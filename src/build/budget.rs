@@ -55,9 +55,9 @@ pub(super) fn fits(options: &BuildOptions, points: u64, bytes: u64) -> bool {
     bytes.saturating_add(work_bytes(options, options.threads, points)) <= options.memory
 }
 
-/// Whether so many points can stay in memory.
-pub(super) fn points_fit(options: &BuildOptions, points: u64, has_z: bool) -> bool {
-    fits(options, points, points.saturating_mul(point_bytes(has_z)))
+/// Whether so many points without z can stay in memory.
+pub(super) fn points_fit(options: &BuildOptions, points: u64) -> bool {
+    fits(options, points, points.saturating_mul(POINT_BYTES))
 }
 
 /// Bytes of a point in a block.

@@ -18,12 +18,12 @@ use super::node::{Seam, Workspace};
 use super::options::{BuildOptions, Duplicates, Phase};
 use super::ordered::{Closed, Ordered};
 use super::output::{Extent, Sender};
-use super::schedule::{BlockPoints, Board, Task};
+use super::schedule::{BlockPoints, Board, Place, Task};
 use super::summary::LevelSummary;
-use super::{BuildError, GENERATION, TileState};
+use super::{BlockFound, BuildError, GENERATION, TileState};
 use crate::geometry::Point;
 use crate::io::Buffers;
-use crate::store::{KdTree, MAX_TILES, TileId};
+use crate::store::{MAX_TILES, TileId};
 
 /// Conquers leaves and merges seams.
 pub(super) struct Conquest {
@@ -67,23 +67,6 @@ pub(super) struct Found {
     pub(super) conquer_began: Option<Instant>,
     /// The time that threads waited for the writing of tiles.
     pub(super) waited_to_write: Duration,
-}
-
-/// What is known of a block.
-#[derive(Debug, Default)]
-pub(super) struct BlockFound {
-    pub(super) first_tile: u32,
-    pub(super) tree: KdTree,
-    pub(super) tiles: Vec<TileState>,
-    pub(super) duplicates: u64,
-    late_triangles: u64,
-    pub(super) levels: Vec<LevelSummary>,
-}
-
-impl BlockFound {
-    fn tile_range(&self) -> Range<u32> {
-        self.first_tile..self.first_tile + self.tiles.len() as u32
-    }
 }
 
 impl Conquest {
@@ -155,7 +138,10 @@ impl Conquest {
 
     fn add_block(&self, block: BlockFound) {
         self.log.lock().add_tiles(block.tiles.len() as u32);
-        let mut found = self.found.lock();
+        self.note_block(&mut self.found.lock(), block);
+    }
+
+    fn note_block(&self, found: &mut Found, block: BlockFound) {
         found.blocks.push(block);
         if found.conquer_began.is_none() {
             found.conquer_began = Some(Instant::now());
@@ -165,28 +151,22 @@ impl Conquest {
 
     /// Takes up a block that a build before has finished.
     pub(super) fn restore(&self, block: FinishedBlock, seam: Seam) {
-        let mut found = self.found.lock();
-        let first_tile = found.blocks.last().map_or(0, |last| last.tile_range().end);
+        let FinishedBlock {
+            number,
+            found: block,
+            chunks,
+            ..
+        } = block;
         let tiles = block.tiles.len() as u32;
-        let vertices = seam.below;
-        found.blocks.push(BlockFound {
-            first_tile,
-            tree: block.tree,
-            tiles: block.tiles,
-            duplicates: block.duplicates,
-            late_triangles: block.late_triangles,
-            levels: block.levels,
-        });
-        found.points_done += vertices + block.duplicates;
-        found.growth.observe(vertices, seam.vertices.len() as u64);
-        if found.conquer_began.is_none() {
-            found.conquer_began = Some(Instant::now());
-            self.options.progress.start(Phase::Conquer, self.limits.points);
-        }
+        let points = seam.below + block.duplicates;
+        self.log.lock().restore(tiles, chunks, block.late_triangles);
+        let mut found = self.found.lock();
+        found.points_done += points;
+        found.growth.observe(seam.below, seam.vertices.len() as u64);
+        self.note_block(&mut found, block);
         drop(found);
-        self.log.lock().restore(tiles, block.chunks, block.late_triangles);
-        self.options.progress.advance(vertices + block.duplicates, 0);
-        self.board.restore(block.number, tiles, seam);
+        self.options.progress.advance(points, 0);
+        self.board.restore(number, tiles, seam);
     }
 
     #[expect(
@@ -208,9 +188,9 @@ impl Conquest {
         let waited = began.elapsed();
         let _span = tracing::debug_span!("leaf", tile = tile.0).entered();
         let items = &block.store.items[points];
-        let cell = self.board.place(node).cell;
+        let place = self.board.place(node);
         let duplicates = self.options.duplicates;
-        let leaf = conquer(workspace, items, &block.store.attributes, duplicates, tile, cell);
+        let leaf = conquer(workspace, items, &block.store.attributes, duplicates, tile, place.cell);
         let core = workspace.core.encode(tile, GENERATION, &workspace.buffers);
         let (vertices, settled) = (workspace.core.points.len(), workspace.core.triangles.len());
         {
@@ -234,7 +214,7 @@ impl Conquest {
         self.found.lock().waited_to_write += began.elapsed();
         let count = items.len() as u64;
         self.options.progress.advance(count, count);
-        self.hand_up(node, leaf.seam, 0, sender)
+        self.hand_up(node, place, leaf.seam, 0, sender)
     }
 
     fn merge(&self, workspace: &mut Workspace, node: u32, seams: Vec<Seam>, sender: &Sender) -> Result<(), Closed> {
@@ -256,7 +236,7 @@ impl Conquest {
                 None => count(&mut found.levels, vertices, late.len(), &seam),
             }
         }
-        self.hand_up(node, seam, bytes, sender)
+        self.hand_up(node, place, seam, bytes, sender)
     }
 
     fn logged(&self, appended: std::io::Result<()>) -> Result<(), Closed> {
@@ -267,8 +247,7 @@ impl Conquest {
     }
 
     /// Gives the board the seam of a node, and the journal that of a whole block.
-    fn hand_up(&self, node: u32, seam: Seam, merged_bytes: u64, sender: &Sender) -> Result<(), Closed> {
-        let place = self.board.place(node);
+    fn hand_up(&self, node: u32, place: Place, seam: Seam, merged_bytes: u64, sender: &Sender) -> Result<(), Closed> {
         if let Some(block) = place.block.filter(|_| place.is_block && self.limits.has_journal) {
             let tiles = self.found.lock().blocks[block as usize].tile_range();
             let chunks = self.log.lock().finish_block(tiles);
@@ -276,19 +255,11 @@ impl Conquest {
                 Ok(chunks) => chunks,
                 Err(error) => return self.logged(Err(error)),
             };
-            let finished = {
-                let found = self.found.lock();
-                let of_block = &found.blocks[block as usize];
-                FinishedBlock {
-                    number: block,
-                    tree: of_block.tree.clone(),
-                    tiles: of_block.tiles.clone(),
-                    cores: Vec::new(),
-                    duplicates: of_block.duplicates,
-                    late_triangles: of_block.late_triangles,
-                    levels: of_block.levels.clone(),
-                    chunks,
-                }
+            let finished = FinishedBlock {
+                number: block,
+                found: self.found.lock().blocks[block as usize].clone(),
+                cores: Vec::new(),
+                chunks,
             };
             let finished = Extent::Finished(Box::new((finished, seam.clone())));
             sender.blocking_send(finished).map_err(|_| Closed)?;

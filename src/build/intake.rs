@@ -9,7 +9,7 @@ use tokio::sync::{mpsc, oneshot};
 use super::budget::{self, Shares};
 use super::journal::SavedPlan;
 use super::point_store::PointStore;
-use super::spill::{Limits, Plan, Spill, plan_blocks};
+use super::spill::{self, Limits, Plan, Spill, plan_blocks};
 use super::work_folder::WorkFolder;
 use super::{BuildError, BuildOptions};
 use crate::geometry::Point;
@@ -72,7 +72,7 @@ impl Intake {
         folder: &Arc<WorkFolder>,
     ) -> Result<(), BuildError> {
         let Self::Memory(store) = self else { return Ok(()) };
-        if sample.is_empty() || !store.items.is_empty() || budget::points_fit(options, points, false) {
+        if sample.is_empty() || !store.items.is_empty() || budget::points_fit(options, points) {
             return Ok(());
         }
         // What is to come may be told wrong; it decides how finely the plane is cut, nothing else.
@@ -104,7 +104,7 @@ impl Intake {
             }
         }
         let store = std::mem::take(store);
-        let step = store.items.len().div_ceil(1 << 16).max(1);
+        let step = store.items.len().div_ceil(spill::SAMPLE).max(1);
         let sample: Vec<Point> = store.items.iter().step_by(step).map(|item| item.point).collect();
         let cells = budget::most_cells(options.memory);
         let mut spilling = Spilling::start(store, &sample, cells, options, folder)?;

@@ -12,13 +12,13 @@ use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-use super::border_log::{Chunk, GroupChunks};
+use super::border_log::GroupChunks;
 use super::codec::{Decoder, Encoder};
 use super::node::{Seam, SeamVertex};
 use super::spill::{Block, Plan, Run};
 use super::summary::LevelSummary;
 use super::work_folder::WorkFolder;
-use super::{BuildError, Description, TileState};
+use super::{BlockFound, BuildError, Description, TileState};
 use crate::geometry::Point;
 use crate::store::{Extent, KdNode, KdTree, Source, TileId, VertexId};
 
@@ -26,13 +26,10 @@ use crate::store::{Extent, KdNode, KdTree, Source, TileId, VertexId};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct FinishedBlock {
     pub(super) number: u32,
-    pub(super) tree: KdTree,
-    pub(super) tiles: Vec<TileState>,
-    /// Where the cores of these lie.
+    pub(super) found: BlockFound,
+    /// Where the cores of its tiles lie.
     pub(super) cores: Vec<Extent>,
-    pub(super) duplicates: u64,
-    pub(super) late_triangles: u64,
-    pub(super) levels: Vec<LevelSummary>,
+    /// Where its part of the border log lies.
     pub(super) chunks: Vec<GroupChunks>,
 }
 
@@ -143,31 +140,25 @@ impl SavedPlan {
 pub(super) fn encode(block: &FinishedBlock, seam: &Seam) -> Vec<u8> {
     let mut out = Encoder(vec![0; 8]);
     out.u32(block.number);
-    put_tree(&mut out, &block.tree);
-    out.list(&block.tiles, |out, tile| {
+    let found = &block.found;
+    out.u32(found.first_tile);
+    put_tree(&mut out, &found.tree);
+    out.list(&found.tiles, |out, tile| {
         out.u32(tile.vertices);
         out.u32(tile.core_triangles);
         out.rect(tile.bounds);
     });
-    out.list(&block.cores, |out, core| {
-        out.u64(core.offset);
-        out.u32(core.length);
-        out.u32(core.crc);
-    });
-    out.u64(block.duplicates);
-    out.u64(block.late_triangles);
-    out.list(&block.levels, |out, level| {
+    out.u64(found.duplicates);
+    out.u64(found.late_triangles);
+    out.list(&found.levels, |out, level| {
         for number in [level.nodes, level.vertices, level.settled, level.seam_vertices] {
             out.u64(number);
         }
     });
+    out.list(&block.cores, put_extent);
     out.list(&block.chunks, |out, group| {
         for chunks in group {
-            out.list(chunks, |out, chunk| {
-                out.u64(chunk.offset);
-                out.u32(chunk.length);
-                out.u32(chunk.crc);
-            });
+            out.list(chunks, put_extent);
         }
     });
     out.u64(seam.level as u64);
@@ -195,26 +186,12 @@ fn decode(bytes: &[u8]) -> Option<(FinishedBlock, Seam)> {
             ..TileState::default()
         })
     };
-    let extent = |from: &mut Decoder<'_>| {
-        Some(Extent {
-            offset: from.u64()?,
-            length: from.u32()?,
-            crc: from.u32()?,
-        })
-    };
     let level = |from: &mut Decoder<'_>| {
         Some(LevelSummary {
             nodes: from.u64()?,
             vertices: from.u64()?,
             settled: from.u64()?,
             seam_vertices: from.u64()?,
-        })
-    };
-    let chunk = |from: &mut Decoder<'_>| {
-        Some(Chunk {
-            offset: from.u64()?,
-            length: from.u32()?,
-            crc: from.u32()?,
         })
     };
     let vertex = |from: &mut Decoder<'_>| {
@@ -227,13 +204,16 @@ fn decode(bytes: &[u8]) -> Option<(FinishedBlock, Seam)> {
     };
     let block = FinishedBlock {
         number: from.u32()?,
-        tree: take_tree(&mut from)?,
-        tiles: from.list(tile)?,
-        cores: from.list(extent)?,
-        duplicates: from.u64()?,
-        late_triangles: from.u64()?,
-        levels: from.list(level)?,
-        chunks: from.list(|from| Some([from.list(chunk)?, from.list(chunk)?]))?,
+        found: BlockFound {
+            first_tile: from.u32()?,
+            tree: take_tree(&mut from)?,
+            tiles: from.list(tile)?,
+            duplicates: from.u64()?,
+            late_triangles: from.u64()?,
+            levels: from.list(level)?,
+        },
+        cores: from.list(take_extent)?,
+        chunks: from.list(|from| Some([from.list(take_extent)?, from.list(take_extent)?]))?,
     };
     let seam = Seam {
         level: usize::try_from(from.u64()?).ok()?,
@@ -314,20 +294,14 @@ impl FinishedBlocks {
         let length = |path: &Path| path.metadata().map_or(0, |metadata| metadata.len());
         let (file_length, log_length) = (length(&folder.file()), length(&folder.borders()));
         while let Some((block, seam)) = reader.next().map_err(cannot)? {
-            let end_of_cores = block
-                .cores
-                .last()
-                .map_or(0, |core| core.offset + u64::from(core.length));
+            let end_of_cores = block.cores.last().map_or(0, |core| core.range().end);
             let chunks = block.chunks.iter().flatten().flatten();
-            let end_of_log = chunks
-                .map(|chunk| chunk.offset + u64::from(chunk.length))
-                .max()
-                .unwrap_or(0);
+            let end_of_log = chunks.map(|chunk| chunk.range().end).max().unwrap_or(0);
             if block.number != this.blocks || end_of_cores > file_length || end_of_log > log_length {
                 break;
             }
             this.blocks += 1;
-            this.points += seam.below + block.duplicates;
+            this.points += seam.below + block.found.duplicates;
             this.cores.extend(block.cores);
             this.file_length = end_of_cores;
             this.log_length = this.log_length.max(end_of_log);
@@ -335,6 +309,20 @@ impl FinishedBlocks {
         }
         Ok(this)
     }
+}
+
+fn put_extent(out: &mut Encoder, extent: &Extent) {
+    out.u64(extent.offset);
+    out.u32(extent.length);
+    out.u32(extent.crc);
+}
+
+fn take_extent(from: &mut Decoder<'_>) -> Option<Extent> {
+    Some(Extent {
+        offset: from.u64()?,
+        length: from.u32()?,
+        crc: from.u32()?,
+    })
 }
 
 fn put_tree(out: &mut Encoder, tree: &KdTree) {

@@ -38,8 +38,10 @@ mod spill;
 mod summary;
 mod work_folder;
 
+use std::ops::Range;
+
 use crate::geometry::Rect;
-use crate::store::Source;
+use crate::store::{KdTree, Source};
 
 pub use budget::{default_memory, peak_memory};
 pub use builder::Builder;
@@ -59,6 +61,23 @@ pub struct Description {
     pub crs: Option<String>,
     /// Anything that whoever resumes the build wants to know; it does not go to the file.
     pub memo: String,
+}
+
+/// What is known of a block that was divided, more with each leaf and merge; of a finished one it goes to the journal.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct BlockFound {
+    first_tile: u32,
+    tree: KdTree,
+    tiles: Vec<TileState>,
+    duplicates: u64,
+    late_triangles: u64,
+    levels: Vec<LevelSummary>,
+}
+
+impl BlockFound {
+    fn tile_range(&self) -> Range<u32> {
+        self.first_tile..self.first_tile + self.tiles.len() as u32
+    }
 }
 
 /// What is known of a tile, but for its extents.

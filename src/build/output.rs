@@ -78,7 +78,7 @@ impl Output {
         next_block: u32,
     ) -> Self {
         let writer = match cores.last() {
-            Some(last) => TileWriter::behind(file.clone(), last.offset + u64::from(last.length)),
+            Some(last) => TileWriter::behind(file.clone(), last.range().end),
             None => TileWriter::new(file.clone()),
         };
         Self {
@@ -144,7 +144,7 @@ impl Output {
             .finished
             .front()
             .filter(|(block, _)| block.number == self.next_block);
-        let Some(end) = next.map(|(block, _)| self.entered_tiles + block.tiles.len()) else {
+        let Some(end) = next.map(|(block, _)| self.entered_tiles + block.found.tiles.len()) else {
             return Ok(());
         };
         if end > self.cores.len() {

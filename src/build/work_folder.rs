@@ -168,10 +168,7 @@ impl WorkFolder {
         fs::rename(self.file(), output).map_err(|e| BuildError::io(output, "rename the finished file to", e))?;
         self.published.store(true, Ordering::Relaxed);
         self.keep(false);
-        let folder = match output.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
+        let folder = parent_of(output);
         File::open(folder)
             .and_then(|folder| folder.sync_all())
             .map_err(|e| BuildError::io(folder, "sync the folder", e))
@@ -197,12 +194,15 @@ impl Drop for WorkFolder {
     }
 }
 
+/// The folder that a file lies in.
+fn parent_of(file: &Path) -> &Path {
+    let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty());
+    parent.unwrap_or(Path::new("."))
+}
+
 /// The folder in `tmp` for the work on an output: always the same, and no other output's.
 fn spill_folder(tmp: &Path, output: &Path) -> Result<PathBuf, BuildError> {
-    let parent = match output.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
+    let parent = parent_of(output);
     let parent = fs::canonicalize(parent).map_err(|error| BuildError::io(parent, "find the folder", error))?;
     let output = parent.join(output.file_name().unwrap_or_default());
     let hash = xxh3_64(output.as_os_str().as_encoded_bytes());

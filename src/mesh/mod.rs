@@ -1,15 +1,18 @@
-//! In-core Delaunay triangulation: flat arrays, the engines that fill them, and walks.
+//! In-core Delaunay triangulation: flat arrays, the engines that fill them, and constraints.
 //!
 //! Comes in: distinct points. Goes out: a [`Triangulation`] that is canonical, that is, a function of the set of
 //! points alone. The pipeline in [`crate::build`] runs an engine on every leaf and on every seam of the merge tree.
 //! Knows no files.
 
+mod cavity;
+mod constrained;
 mod divide_conquer;
 mod engine;
 #[cfg(feature = "spade")]
 mod spade_engine;
 mod triangulation;
 
+pub use constrained::{Constrained, Crossing, Inserter};
 pub use engine::{Engine, EngineKind, UnknownEngine};
 pub(crate) use triangulation::smallest_first;
 pub use triangulation::{NONE, Triangulation, next_side, prev_side};

@@ -7,7 +7,7 @@ use super::*;
 use crate::geometry::{Orientation, Point, in_circle, orient2d};
 
 /// The triangles, each from its smallest corner on, sorted.
-fn sorted_triangles(mesh: &Triangulation) -> Vec<[u32; 3]> {
+pub(super) fn sorted_triangles(mesh: &Triangulation) -> Vec<[u32; 3]> {
     let mut triangles: Vec<_> = mesh.triangles.iter().map(|&t| smallest_first(t)).collect();
     triangles.sort_unstable();
     triangles
@@ -37,7 +37,7 @@ fn brute_force(points: &[Point]) -> Vec<[u32; 3]> {
 }
 
 /// Adjacency is mutual and by the same edge, and the hull is what has no neighbour, in order, convex.
-fn check_topology(points: &[Point], mesh: &Triangulation) {
+pub(super) fn check_topology(points: &[Point], mesh: &Triangulation) {
     assert_eq!(mesh.triangles.len(), mesh.neighbours.len());
     let mut hull_edges = std::collections::HashMap::new();
     for side in 0..3 * mesh.triangles.len() as u32 {
@@ -61,7 +61,7 @@ fn check_topology(points: &[Point], mesh: &Triangulation) {
     assert_eq!(mesh.triangles.len(), 2 * points.len() - 2 - mesh.hull.len());
 }
 
-fn distinct(mut points: Vec<Point>) -> Vec<Point> {
+pub(super) fn distinct(mut points: Vec<Point>) -> Vec<Point> {
     let mut seen = std::collections::HashSet::new();
     points.retain(|p| seen.insert((p.x.to_bits(), p.y.to_bits())));
     points
@@ -81,7 +81,7 @@ fn check_engines(points: &[Point], expected: Option<Vec<[u32; 3]>>) {
     }
 }
 
-fn on_grid(size: i32, count: usize) -> impl Strategy<Value = Vec<Point>> {
+pub(super) fn on_grid(size: i32, count: usize) -> impl Strategy<Value = Vec<Point>> {
     prop::collection::vec(
         (0..size, 0..size).prop_map(|(x, y)| Point::new(x.into(), y.into())),
         0..count,

@@ -1,5 +1,7 @@
 //! The directory: the k-d tree, an entry for each tile, and what is known of the whole file.
 
+use std::ops::Range;
+
 use bytes::Bytes;
 use flatbuffers::FlatBufferBuilder;
 
@@ -28,6 +30,14 @@ pub struct Extent {
     pub length: u32,
     /// Their CRC-32C.
     pub crc: u32,
+}
+
+impl Extent {
+    /// The bytes from the start of the file.
+    #[must_use]
+    pub fn range(self) -> Range<u64> {
+        self.offset..self.offset + u64::from(self.length)
+    }
 }
 
 /// What the directory knows of a tile.

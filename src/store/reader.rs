@@ -7,7 +7,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 
 use super::superblock::{FIRST_EXTENT, Superblock};
-use super::{Cache, Directory, FileId, Tile, TileEntry, TileId};
+use super::{Cache, Directory, Extent, FileId, Tile, TileEntry, TileId};
 use crate::io::{ReadAt, ThreadsFile};
 
 /// Bytes of the cache that a reader makes for itself, if it may use eight times as much memory.
@@ -323,7 +323,7 @@ impl Inner {
     }
 
     async fn load(self: Arc<Self>, id: TileId, entry: TileEntry) -> Result<Arc<Tile>, ReadError> {
-        let ranges = [entry.core, entry.border].map(|e| e.offset..e.offset + u64::from(e.length));
+        let ranges = [entry.core, entry.border].map(Extent::range);
         let read = self.source.read_many(&ranges).await;
         let extents = read.map_err(|error| ReadError::Io {
             file: Arc::clone(&self.name),

@@ -33,7 +33,7 @@ pub(super) use resplit::{Limits, damaged, plan_blocks};
 pub(super) use run::{HEADER, Record, Run, chunk_length, decode_chunk};
 
 /// Points of a sample that are looked at: a cell of 1/512 has 128.
-const SAMPLE: usize = 1 << 16;
+pub(super) const SAMPLE: usize = 1 << 16;
 
 /// Distributes points to the runs of cells.
 #[derive(Debug)]

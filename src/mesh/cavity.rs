@@ -1,0 +1,206 @@
+//! Triangulates one side of the cavity that a new constraint leaves.
+//!
+//! In: the chain of vertices from one end of the constraint to the other, all on its left. Out: the constrained Delaunay
+//! triangulation of the polygon between them, by position in the chain.
+//!
+//! ```text
+//!        u₂ ─ u₃            ears are cut off in random order,     …and put back in reverse, each with
+//!       ╱       ╲  u₅       while a triangle is left…             the flips that it calls for
+//!     u₁         u₄╱ ╲
+//!    ╱                ╲
+//!   a ───────────────── b
+//! ```
+//!
+//! Every vertex of the chain sees the constraint along an edge that crossed it, and these legs do not cross. Two
+//! neighbours, their legs and the constraint bound a region without a vertex; of the triangle at a convex vertex of the
+//! chain, each half, left and right of the leg, lies in one of these. So **every strictly convex vertex of the chain is an
+//! ear**, whichever were cut before; and there is always one, since the angles of the polygon would be too large otherwise.
+//! All polygons on the way are simple, but that the chain may pass an edge or a vertex twice, without space between; and
+//! flips keep each triangulation constrained Delaunay, as in Lawson's insertion.
+//!
+//! As in Chew's algorithm for convex polygons (1990), a vertex that was chosen at random has few edges on average, so few
+//! flips are needed: linear expected time where most vertices are convex. Shewchuk and Brown (2015) let other vertices than
+//! convex ones go too, which bounds the time for every chain, and mend what overlaps then; here nothing overlaps. Chains
+//! with few convex vertices leave little to flip, since two vertices of a reflex chain do not see each other.
+
+use crate::geometry::{Orientation, Point, in_circle, orient2d};
+
+/// The mark of a side on the boundary: the rest of the number is the position in the chain.
+const BOUNDARY: u32 = 1 << 31;
+/// No place among the ears.
+const NOWHERE: u32 = u32::MAX;
+
+/// Triangulates chains; keeps its memory.
+#[derive(Debug, Default)]
+pub(super) struct Cavity {
+    /// The corners of each triangle, counter-clockwise, by position. The first triangle's side 0 may have been flipped away
+    /// from it: `sides` knows where the constraint is.
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// The sides across, or [`BOUNDARY`] and a position.
+    neighbours: Vec<[u32; 3]>,
+    /// For each position the side between it and the next; for the last the side on the constraint.
+    pub(super) sides: Vec<u32>,
+    at: Vec<Point>,
+    next: Vec<u32>,
+    previous: Vec<u32>,
+    /// The positions of ears, and where each position stands among these.
+    ears: Vec<u32>,
+    places: Vec<u32>,
+    /// The vertices that were cut off, between which others.
+    cut: Vec<[u32; 3]>,
+    stack: Vec<u32>,
+    random: u64,
+}
+
+impl Cavity {
+    /// Triangulates the polygon of a chain of at least three points, which lies left of the line from its first to its last.
+    pub(super) fn triangulate(&mut self, chain: impl ExactSizeIterator<Item = Point>) {
+        self.at.clear();
+        self.at.extend(chain);
+        self.cut_ears();
+        let last = self.at.len() as u32 - 1;
+        let top = self.next[0];
+        self.triangles.clear();
+        self.neighbours.clear();
+        self.triangles.push([0, last, top]);
+        self.neighbours.push([last, top, 0].map(|position| BOUNDARY | position));
+        self.sides.clear();
+        self.sides.resize(self.at.len(), 0);
+        for (side, position) in [last, top, 0].into_iter().enumerate() {
+            self.sides[position as usize] = side as u32;
+        }
+        while let Some(ear) = self.cut.pop() {
+            self.put_back(ear);
+        }
+    }
+
+    /// The side across, or none on the boundary.
+    pub(super) fn twin(&self, side: u32) -> Option<u32> {
+        Some(self.neighbours[(side / 3) as usize][(side % 3) as usize]).filter(|twin| twin & BOUNDARY == 0)
+    }
+
+    /// Cuts ears off, in random order, until one vertex is left above the constraint.
+    fn cut_ears(&mut self) {
+        let count = self.at.len() as u32;
+        let last = count - 1;
+        self.next.clear();
+        self.next.extend(1..=count);
+        self.previous.clear();
+        self.previous
+            .extend((0..count).map(|position| position.wrapping_sub(1)));
+        self.ears.clear();
+        self.places.clear();
+        self.places.resize(count as usize, NOWHERE);
+        self.cut.clear();
+        for position in 1..last {
+            self.note(position);
+        }
+        for _ in 0..count.saturating_sub(3) {
+            let place = self.choose();
+            let ear = self.ears[place];
+            self.remove(place);
+            let [before, after] = [self.previous[ear as usize], self.next[ear as usize]];
+            self.cut.push([before, ear, after]);
+            self.next[before as usize] = after;
+            self.previous[after as usize] = before;
+            for neighbour in [before, after] {
+                if neighbour != 0 && neighbour != last {
+                    self.note(neighbour);
+                }
+            }
+        }
+    }
+
+    /// Keeps the ears up to date with what a position is now.
+    fn note(&mut self, position: u32) {
+        let around = [self.next[position as usize], position, self.previous[position as usize]];
+        let [a, b, c] = around.map(|position| self.at[position as usize]);
+        let is_ear = orient2d(a, b, c) == Orientation::CounterClockwise;
+        let place = self.places[position as usize];
+        if is_ear && place == NOWHERE {
+            self.places[position as usize] = self.ears.len() as u32;
+            self.ears.push(position);
+        } else if !is_ear && place != NOWHERE {
+            self.remove(place as usize);
+        }
+    }
+
+    fn remove(&mut self, place: usize) {
+        let position = self.ears.swap_remove(place);
+        self.places[position as usize] = NOWHERE;
+        if let Some(&moved) = self.ears.get(place) {
+            self.places[moved as usize] = place as u32;
+        }
+    }
+
+    /// A random place among the ears. (Knuth's multiplier; which numbers come decides about the time alone.)
+    fn choose(&mut self) -> usize {
+        self.random = self
+            .random
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (((self.random >> 32) * self.ears.len() as u64) >> 32) as usize
+    }
+
+    /// Puts an ear back, and flips what is not Delaunay any more.
+    ///
+    /// ```text
+    ///     ─ before ─── after ─          before ─ ear ─ after
+    ///         inside                         ╲  inside ╱
+    /// ```
+    fn put_back(&mut self, [before, ear, after]: [u32; 3]) {
+        let triangle = self.triangles.len() as u32;
+        let inner = self.sides[before as usize];
+        self.triangles.push([after, ear, before]);
+        self.neighbours.push([BOUNDARY | ear, BOUNDARY | before, inner]);
+        self.link(inner, 3 * triangle + 2);
+        self.sides[ear as usize] = 3 * triangle;
+        self.sides[before as usize] = 3 * triangle + 1;
+        self.stack.push(3 * triangle + 2);
+        while let Some(side) = self.stack.pop() {
+            self.legalise(side);
+        }
+    }
+
+    /// Flips an edge whose far corner lies in the circle of the triangle at `side`, whose own corner was just put back.
+    ///
+    /// ```text
+    ///        ear                ear
+    ///      ╱     ╲            ╱  │  ╲
+    ///     a ─side→ b    →    a   │   b
+    ///      ╲     ╱            ╲  │  ╱
+    ///         d                  d
+    /// ```
+    fn legalise(&mut self, side: u32) {
+        let Some(twin) = self.twin(side) else { return };
+        let (t, u) = (side / 3, twin / 3);
+        let corner = |side: u32, by: u32| self.triangles[(side / 3) as usize][((side % 3 + by) % 3) as usize];
+        let [a, b, ear] = [0, 1, 2].map(|by| corner(side, by));
+        let d = corner(twin, 2);
+        let [pa, pb, pear, pd] = [a, b, ear, d].map(|position| self.at[position as usize]);
+        if !in_circle(pa, pb, pear, pd) {
+            return;
+        }
+        let across = |side: u32, by: u32| self.neighbours[(side / 3) as usize][((side % 3 + by) % 3) as usize];
+        let [b_ear, ear_a] = [1, 2].map(|by| across(side, by));
+        let [a_d, d_b] = [1, 2].map(|by| across(twin, by));
+        self.triangles[t as usize] = [d, b, ear];
+        self.triangles[u as usize] = [a, d, ear];
+        self.neighbours[t as usize] = [d_b, b_ear, 3 * u + 1];
+        self.neighbours[u as usize] = [a_d, 3 * t + 2, ear_a];
+        self.link(d_b, 3 * t);
+        self.link(b_ear, 3 * t + 1);
+        self.link(a_d, 3 * u);
+        self.link(ear_a, 3 * u + 2);
+        self.stack.extend([3 * t, 3 * u]);
+    }
+
+    /// Tells what lies across a side, a triangle or the boundary, that the side is `side` now.
+    fn link(&mut self, across: u32, side: u32) {
+        if across & BOUNDARY == 0 {
+            self.neighbours[(across / 3) as usize][(across % 3) as usize] = side;
+        } else {
+            self.sides[(across & !BOUNDARY) as usize] = side;
+        }
+    }
+}

@@ -1,0 +1,411 @@
+//! Constraints: segments become edges of a triangulation, which stays Delaunay beside them.
+//!
+//! In: a canonical triangulation, and segments between its points. Out: the constrained Delaunay triangulation, which is
+//! a function of the points and of the segments as sets: the circle test's tie rule leaves one choice only, so neither the
+//! order nor the direction of the segments matters.
+//!
+//! A segment is cut into **pieces** at the vertices that lie on it. Inserting a piece changes exactly the triangles that it
+//! crosses (Wu, Lemma 3.3.6); these are taken out, and the [cavity](super::cavity) is triangulated on both sides:
+//!
+//! ```text
+//!        u ───── v                u ───── v
+//!      ╱  ╲     ╱ ╲             ╱      ╱   ╲
+//!     a    ╲   ╱   b     →     a ═══════════ b
+//!      ╲    ╲ ╱   ╱             ╲     │     ╱
+//!        ──── l ──                ──── l ──
+//! ```
+//!
+//! As many triangles come out as go in, so they keep their places in the arrays.
+
+use super::cavity::Cavity;
+use super::{NONE, Triangulation, next_side, prev_side};
+use crate::geometry::{Orientation, Point, orient2d};
+
+/// The mark of a triangle that a piece crosses, in the byte of its constraints.
+const CROSSED: u8 = 1 << 3;
+
+/// A triangulation with constraints.
+#[derive(Clone, Debug, Default)]
+pub struct Constrained {
+    mesh: Triangulation,
+    /// For each triangle, a bit for each side that is a constraint; and [`CROSSED`], while it is being replaced.
+    fixed: Vec<u8>,
+    /// A side that starts at each point.
+    sides: Vec<u32>,
+    /// Without triangles: for each point of the hull, whether the edge to the next is a constraint, and its place there.
+    line: Vec<bool>,
+    places: Vec<u32>,
+}
+
+/// Two segments cross, away from the points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the segment between points {} and {} crosses the constraint between {} and {}", segment[0], segment[1], edge[0], edge[1])]
+pub struct Crossing {
+    /// The ends of the segment that was to be inserted.
+    pub segment: [u32; 2],
+    /// The ends of the constraint edge that it crosses.
+    pub edge: [u32; 2],
+}
+
+/// Inserts segments. It keeps its memory from one to the next.
+///
+/// ```
+/// use delaunay_tiles::geometry::Point;
+/// use delaunay_tiles::mesh::{Constrained, EngineKind, Inserter, Triangulation};
+///
+/// let points = [[0.0, 0.0], [8.0, 0.0], [4.0, 1.0], [4.0, -1.0]].map(|[x, y]| Point::new(x, y));
+/// let mut mesh = Triangulation::default();
+/// EngineKind::Native.create().triangulate(&points, &mut mesh);
+/// let mut mesh = Constrained::new(mesh, points.len());
+/// Inserter::default().insert(&points, &mut mesh, [0, 1])?;
+/// assert_eq!(mesh.constraints().count(), 1);
+/// assert!(mesh.mesh().triangles.iter().all(|t| t.contains(&0) && t.contains(&1)));
+/// # Ok::<(), delaunay_tiles::mesh::Crossing>(())
+/// ```
+#[derive(Debug, Default)]
+pub struct Inserter {
+    /// The triangles that a piece crosses.
+    crossed: Vec<u32>,
+    left: Chain,
+    right: Chain,
+    cavity: Cavity,
+}
+
+/// The boundary of a cavity on one side of a piece.
+#[derive(Debug, Default)]
+struct Chain {
+    vertices: Vec<u32>,
+    /// Between each vertex and the next, the side of the crossed triangle there.
+    sides: Vec<u32>,
+    /// What lies across each of these, and whether it is a constraint.
+    across: Vec<(Across, bool)>,
+    /// Positions whose edges the chain passes once more.
+    open: Vec<u32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Across {
+    /// A side of a triangle that stays, or [`NONE`].
+    Side(u32),
+    /// The chain passes the edge once more, the other way, at this position.
+    Chain(u32),
+}
+
+/// How a piece leaves a vertex.
+#[derive(Clone, Copy, Debug)]
+enum Start {
+    /// It is the edge of this side, and ends at this vertex.
+    Edge(u32, u32),
+    /// It enters the triangle of this side, which starts at the vertex.
+    Triangle(u32),
+}
+
+impl Constrained {
+    /// Takes a triangulation of so many points, none of whose edges is a constraint.
+    #[must_use]
+    pub fn new(mesh: Triangulation, points: usize) -> Self {
+        let mut this = Self {
+            fixed: vec![0; mesh.triangles.len()],
+            ..Self::default()
+        };
+        if mesh.triangles.is_empty() {
+            this.line = vec![false; mesh.hull.len()];
+            this.places = vec![NONE; points];
+            for (&point, place) in mesh.hull.iter().zip(0..) {
+                this.places[point as usize] = place;
+            }
+        } else {
+            this.sides = vec![NONE; points];
+            for (&point, side) in mesh.triangles.as_flattened().iter().zip(0..) {
+                this.sides[point as usize] = side;
+            }
+        }
+        this.mesh = mesh;
+        this
+    }
+
+    /// The triangles and their adjacency. Their corners and their places may differ from those without constraints; the hull
+    /// does not.
+    #[must_use]
+    pub fn mesh(&self) -> &Triangulation {
+        &self.mesh
+    }
+
+    /// Whether a side is on a constraint.
+    #[must_use]
+    pub fn is_constraint(&self, side: u32) -> bool {
+        self.fixed[(side / 3) as usize] >> (side % 3) & 1 == 1
+    }
+
+    /// All constraint edges, once each.
+    pub fn constraints(&self) -> impl Iterator<Item = [u32; 2]> {
+        let mesh = &self.mesh;
+        let sides = (0..3 * mesh.triangles.len() as u32).filter(|&side| self.is_constraint(side));
+        let once = sides.filter(|&side| mesh.twin(side) == NONE || side < mesh.twin(side));
+        let edges = once.map(|side| [mesh.origin(side), mesh.origin(next_side(side))]);
+        let pairs = mesh.hull.windows(2).zip(&self.line);
+        edges.chain(pairs.filter(|(_, fixed)| **fixed).map(|(pair, _)| [pair[0], pair[1]]))
+    }
+
+    fn fix(&mut self, side: u32) {
+        for side in [side, self.mesh.twin(side)] {
+            if side != NONE {
+                self.fixed[(side / 3) as usize] |= 1 << (side % 3);
+            }
+        }
+    }
+
+    fn set_neighbour(&mut self, side: u32, twin: u32) {
+        self.mesh.neighbours[(side / 3) as usize][(side % 3) as usize] = twin;
+    }
+}
+
+impl Inserter {
+    /// Makes a segment between two points a chain of constraint edges. If they are the same, nothing happens.
+    ///
+    /// `points` are those of the triangulation.
+    ///
+    /// # Errors
+    /// If it crosses a constraint. Some of its pieces may be constraints then.
+    pub fn insert(&mut self, points: &[Point], mesh: &mut Constrained, segment: [u32; 2]) -> Result<(), Crossing> {
+        if mesh.mesh.triangles.is_empty() {
+            let [a, b] = segment.map(|point| mesh.places[point as usize] as usize);
+            mesh.line[a.min(b)..a.max(b)].fill(true);
+            return Ok(());
+        }
+        let mut ends = segment;
+        while ends[0] != ends[1] {
+            let (which, start) = begin(points, mesh, ends);
+            ends[which] = match start {
+                Start::Edge(side, vertex) => {
+                    mesh.fix(side);
+                    vertex
+                }
+                Start::Triangle(side) => {
+                    let crossing = |edge| Crossing { segment, edge };
+                    let end = self.walk(points, mesh, side, ends[1 - which]).map_err(crossing)?;
+                    self.replace(points, mesh);
+                    end
+                }
+            };
+        }
+        Ok(())
+    }
+
+    /// Walks from the origin of a side through its triangle towards `to`, and collects what is crossed up to the next vertex
+    /// on the line, which it returns; or the constraint in its way.
+    fn walk(&mut self, points: &[Point], mesh: &Constrained, start: u32, to: u32) -> Result<u32, [u32; 2]> {
+        let topology = &mesh.mesh;
+        let from = topology.origin(start);
+        let [a, b] = [from, to].map(|vertex| points[vertex as usize]);
+        self.crossed.clear();
+        self.crossed.push(start / 3);
+        let mut gate = next_side(start);
+        self.right.begin(from, topology.origin(gate), start);
+        self.left
+            .begin(from, topology.origin(next_side(gate)), prev_side(start));
+        loop {
+            if mesh.is_constraint(gate) {
+                return Err([topology.origin(gate), topology.origin(next_side(gate))]);
+            }
+            let twin = topology.twin(gate);
+            let apex = topology.origin(prev_side(twin));
+            self.crossed.push(twin / 3);
+            let (left, right) = (prev_side(twin), next_side(twin));
+            match orient2d(a, b, points[apex as usize]) {
+                Orientation::CounterClockwise => {
+                    self.left.push(apex, left);
+                    gate = right;
+                }
+                Orientation::Clockwise => {
+                    self.right.push(apex, right);
+                    gate = left;
+                }
+                Orientation::Collinear => {
+                    self.left.push(apex, left);
+                    self.right.push(apex, right);
+                    return Ok(apex);
+                }
+            }
+        }
+    }
+
+    /// Triangulates both sides of the piece that was walked along, in place of the triangles that it crosses.
+    fn replace(&mut self, points: &[Point], mesh: &mut Constrained) {
+        for &triangle in &self.crossed {
+            mesh.fixed[triangle as usize] |= CROSSED;
+        }
+        // Both chains have their polygon on the left.
+        self.right.reverse();
+        self.left.resolve(mesh);
+        self.right.resolve(mesh);
+        let (left, right) = self.crossed.split_at(self.left.vertices.len() - 2);
+        let sides = [(&self.left, left), (&self.right, right)].map(|(chain, places)| {
+            let chain_points = chain.vertices.iter().map(|&vertex| points[vertex as usize]);
+            self.cavity.triangulate(chain_points);
+            fill(mesh, chain, places, &self.cavity)
+        });
+        mesh.set_neighbour(sides[0], sides[1]);
+        mesh.set_neighbour(sides[1], sides[0]);
+        mesh.fix(sides[0]);
+    }
+}
+
+impl Chain {
+    fn begin(&mut self, from: u32, to: u32, side: u32) {
+        self.vertices.clear();
+        self.sides.clear();
+        self.vertices.push(from);
+        self.push(to, side);
+    }
+
+    fn push(&mut self, vertex: u32, side: u32) {
+        self.vertices.push(vertex);
+        self.sides.push(side);
+    }
+
+    fn reverse(&mut self) {
+        self.vertices.reverse();
+        self.sides.reverse();
+    }
+
+    /// Finds out what lies across, while the crossed triangles are still there.
+    ///
+    /// An edge between two crossed triangles that is not crossed itself is passed twice: a constraint that dangles into the
+    /// cavity, or an edge from which triangles hang that the piece does not cross. Such edges lie within each other as
+    /// brackets do.
+    fn resolve(&mut self, mesh: &Constrained) {
+        self.across.clear();
+        self.open.clear();
+        for (position, &side) in (0..).zip(&self.sides) {
+            let twin = mesh.mesh.twin(side);
+            let is_passed_twice = twin != NONE && mesh.fixed[(twin / 3) as usize] & CROSSED != 0;
+            let across = match self.open.last() {
+                _ if !is_passed_twice => Across::Side(twin),
+                Some(&other) if self.sides[other as usize] == twin => {
+                    self.open.pop();
+                    self.across[other as usize].0 = Across::Chain(position);
+                    Across::Chain(other)
+                }
+                _ => {
+                    self.open.push(position);
+                    // Until it comes again.
+                    Across::Chain(position)
+                }
+            };
+            self.across.push((across, mesh.is_constraint(side)));
+        }
+        debug_assert!(self.open.is_empty());
+    }
+}
+
+/// Puts the triangles of a cavity in these places. Returns the side on the piece.
+fn fill(mesh: &mut Constrained, chain: &Chain, places: &[u32], cavity: &Cavity) -> u32 {
+    let global = |side: u32| 3 * places[(side / 3) as usize] + side % 3;
+    for ((&place, corners), first) in places.iter().zip(&cavity.triangles).zip((0..).step_by(3)) {
+        let corners = corners.map(|position| chain.vertices[position as usize]);
+        mesh.mesh.triangles[place as usize] = corners;
+        mesh.mesh.neighbours[place as usize] = [0, 1, 2].map(|side| cavity.twin(first + side).map_or(NONE, global));
+        mesh.fixed[place as usize] = 0;
+        for (side, vertex) in (3 * place..).zip(corners) {
+            mesh.sides[vertex as usize] = side;
+        }
+    }
+    let mut sides = cavity.sides.iter().map(|&side| global(side));
+    for (&(across, is_constraint), side) in chain.across.iter().zip(sides.by_ref()) {
+        match across {
+            Across::Side(other) => {
+                mesh.set_neighbour(side, other);
+                if other != NONE {
+                    mesh.set_neighbour(other, side);
+                }
+            }
+            Across::Chain(position) => mesh.set_neighbour(side, global(cavity.sides[position as usize])),
+        }
+        if is_constraint {
+            mesh.fixed[(side / 3) as usize] |= 1 << (side % 3);
+        }
+    }
+    sides.next().expect("one side more than edges of the chain")
+}
+
+/// Finds how the line between two vertices leaves one of them, and which. Both are searched in turns, so that it takes as
+/// long as the one with fewer edges: thousands of segments may share one end.
+fn begin(points: &[Point], mesh: &Constrained, ends: [u32; 2]) -> (usize, Start) {
+    let mut searches = ends.map(|vertex| Around::new(mesh, vertex));
+    for which in [0, 1].into_iter().cycle() {
+        let Some(side) = searches[which].next(mesh) else {
+            assert!(
+                searches[1 - which].next != NONE,
+                "the triangles around a vertex leave a gap"
+            );
+            continue;
+        };
+        if let Some(start) = leaves_by(points, mesh, side, ends[1 - which]) {
+            return (which, start);
+        }
+    }
+    unreachable!("a cycle does not end")
+}
+
+/// How the line from the origin of a side to another vertex leaves it, if by the side's triangle.
+fn leaves_by(points: &[Point], mesh: &Constrained, side: u32, to: u32) -> Option<Start> {
+    let topology = &mesh.mesh;
+    let corners = [side, next_side(side), prev_side(side)].map(|side| topology.origin(side));
+    let [from, right, left] = corners.map(|vertex| points[vertex as usize]);
+    let to = points[to as usize];
+    let is_ahead = |p: Point| p.lex_cmp(from) == to.lex_cmp(from);
+    match (orient2d(from, right, to), orient2d(from, left, to)) {
+        (Orientation::Collinear, _) if is_ahead(right) => Some(Start::Edge(side, corners[1])),
+        (_, Orientation::Collinear) if is_ahead(left) => Some(Start::Edge(prev_side(side), corners[2])),
+        (Orientation::CounterClockwise, Orientation::Clockwise) => Some(Start::Triangle(side)),
+        _ => None,
+    }
+}
+
+/// The sides that start at a vertex: counter-clockwise, and from the hull on the other way round.
+#[derive(Clone, Copy, Debug)]
+struct Around {
+    first: u32,
+    next: u32,
+    backwards: bool,
+}
+
+impl Around {
+    fn new(mesh: &Constrained, vertex: u32) -> Self {
+        let first = mesh.sides[vertex as usize];
+        Self {
+            first,
+            next: first,
+            backwards: false,
+        }
+    }
+
+    fn next(&mut self, mesh: &Constrained) -> Option<u32> {
+        let topology = &mesh.mesh;
+        let clockwise = |side| match topology.twin(side) {
+            NONE => NONE,
+            twin => next_side(twin),
+        };
+        let side = self.next;
+        if side == NONE {
+            return None;
+        }
+        self.next = if self.backwards {
+            clockwise(side)
+        } else {
+            match topology.twin(prev_side(side)) {
+                NONE => {
+                    self.backwards = true;
+                    clockwise(self.first)
+                }
+                twin if twin == self.first => NONE,
+                twin => twin,
+            }
+        };
+        Some(side)
+    }
+}
+
+#[cfg(test)]
+mod tests;
