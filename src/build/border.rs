@@ -34,7 +34,8 @@ pub(super) fn assemble(
     late: impl Iterator<Item = LateTriangle>,
 ) -> Border {
     let late: Vec<LateTriangle> = late.collect();
-    let mut foreign: Vec<SeamVertex> = late.iter().flat_map(|t| t.0).filter(|v| v.id.tile != tile).collect();
+    let corners = late.iter().flat_map(|t| t.corners);
+    let mut foreign: Vec<SeamVertex> = corners.filter(|v| v.id.tile != tile).collect();
     foreign.sort_unstable_by_key(|v| v.id);
     foreign.dedup_by_key(|v| v.id);
     let corner = |v: &SeamVertex| match foreign.binary_search_by_key(&v.id, |f| f.id) {
@@ -42,16 +43,22 @@ pub(super) fn assemble(
         Err(_) => v.id.index,
     };
     let (mut owned, mut bounds) = (0, Rect::EMPTY);
-    let mut triangles = Vec::with_capacity(late.len());
-    for LateTriangle(corners) in &late {
-        triangles.push(crate::mesh::smallest_first(corners.each_ref().map(corner)));
+    let mut with_constraints = Vec::with_capacity(late.len());
+    for LateTriangle { corners, constraints } in &late {
+        let mut sides = [0, 1, 2].map(|s| (corner(&corners[s]), constraints >> s & 1));
+        while sides[0].0 > sides[1].0 || sides[0].0 > sides[2].0 {
+            sides.rotate_left(1);
+        }
+        with_constraints.push(sides);
         let smallest = corners.iter().min_by(|a, b| a.point.lex_cmp(b.point));
         if smallest.is_some_and(|v| v.id.tile == tile) {
             owned += 1;
             bounds = bounds.union(Rect::around(corners.map(|v| v.point)));
         }
     }
-    triangles.sort_unstable();
+    with_constraints.sort_unstable();
+    let triangles: Vec<[u32; 3]> = with_constraints.iter().map(|t| t.map(|(corner, _)| corner)).collect();
+    let bits = with_constraints.iter().map(|t| t[0].1 | t[1].1 << 1 | t[2].1 << 2);
 
     let core_sides = 3 * core_triangles;
     let (neighbours, core_links) = link(&triangles, vertices, core_sides, open_sides);
@@ -64,6 +71,7 @@ pub(super) fn assemble(
             triangles,
             neighbours,
             core_links,
+            constraints: bits.collect(),
         },
         owned,
         bounds,

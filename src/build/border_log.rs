@@ -17,12 +17,19 @@ use super::node::SeamVertex;
 use crate::geometry::Point;
 use crate::store::{Extent, TileId, VertexId};
 
-/// A triangle that was settled by a merge: crossing, or late. Corners counter-clockwise.
+/// A triangle that was settled by a merge: crossing, or late.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LateTriangle(pub(super) [SeamVertex; 3]);
+pub(super) struct LateTriangle {
+    /// Counter-clockwise.
+    pub(super) corners: [SeamVertex; 3],
+    /// A bit for each side that is a constraint.
+    pub(super) constraints: u8,
+}
 
 /// Bytes of a corner: tile, place, x, y.
 const CORNER: usize = 24;
+/// In the place of a corner, or the number of a side: the side is a constraint.
+const CONSTRAINT: u32 = 1 << 31;
 /// Bytes of a triangle in the log.
 const TRIANGLE: usize = 3 * CORNER;
 /// Bytes of an open side in the log: tile, from, to, side.
@@ -32,9 +39,14 @@ const BUFFER: usize = 64 << 10;
 
 impl LateTriangle {
     fn encode(&self, bytes: &mut Vec<u8>) {
-        for corner in self.0 {
+        for (corner, side) in self.corners.iter().zip(0..) {
+            let mark = if self.constraints >> side & 1 == 1 {
+                CONSTRAINT
+            } else {
+                0
+            };
             bytes.extend_from_slice(&corner.id.tile.0.to_le_bytes());
-            bytes.extend_from_slice(&corner.id.index.to_le_bytes());
+            bytes.extend_from_slice(&(corner.id.index | mark).to_le_bytes());
             bytes.extend_from_slice(&corner.point.x.to_le_bytes());
             bytes.extend_from_slice(&corner.point.y.to_le_bytes());
         }
@@ -42,16 +54,21 @@ impl LateTriangle {
 
     fn decode(bytes: &[u8]) -> Self {
         let word = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"));
-        Self([0, CORNER, 2 * CORNER].map(|at| {
-            let id = word(at);
+        let mut constraints = 0;
+        let corners = [0, 1, 2].map(|side| {
+            let id = word(side * CORNER);
+            let place = (id >> 32) as u32;
+            constraints |= u8::from(place & CONSTRAINT != 0) << side;
+            let coordinate = |axis: usize| f64::from_bits(word(side * CORNER + 8 + 8 * axis));
             SeamVertex {
                 id: VertexId {
                     tile: TileId(id as u32),
-                    index: (id >> 32) as u32,
+                    index: place & !CONSTRAINT,
                 },
-                point: Point::new(f64::from_bits(word(at + 8)), f64::from_bits(word(at + 16))),
+                point: Point::new(coordinate(0), coordinate(1)),
             }
-        }))
+        });
+        Self { corners, constraints }
     }
 }
 
@@ -148,7 +165,7 @@ impl BorderLog {
     pub(super) fn append_triangles(&mut self, triangles: &[LateTriangle]) -> io::Result<()> {
         self.triangles += triangles.len() as u64;
         for triangle in triangles {
-            for group in distinct(triangle.0.map(|v| self.group_of(v.id.tile.0) as u32)) {
+            for group in distinct(triangle.corners.map(|v| self.group_of(v.id.tile.0) as u32)) {
                 triangle.encode(&mut self.groups[group as usize].buffers[TRIANGLES]);
                 self.buffered += TRIANGLE;
                 self.relieve(group as usize, TRIANGLES)?;
@@ -307,7 +324,7 @@ impl GroupBorders {
     fn new([sides, triangles]: [Vec<u8>; 2], tiles: Range<u32>) -> Self {
         let of_side = |bytes: &[u8], its: &mut Vec<u32>| its.push(words(bytes)[0]);
         let of_triangle = |bytes: &[u8], its: &mut Vec<u32>| {
-            its.extend(distinct(LateTriangle::decode(bytes).0.map(|v| v.id.tile.0)));
+            its.extend(distinct(LateTriangle::decode(bytes).corners.map(|v| v.id.tile.0)));
         };
         Self {
             sides: ByTile::new(sides, SIDE, &tiles, of_side),

@@ -35,7 +35,10 @@ pub(super) fn merge(workspace: &mut Workspace, seams: Vec<Seam>, cell: Rect) -> 
     let fates = workspace.mesh.triangles.iter().zip(&workspace.fates);
     let late = fates
         .filter(|(_, fate)| **fate == Fate::Settled)
-        .map(|(t, _)| LateTriangle(t.map(|v| vertices[v as usize])))
+        .map(|(t, _)| LateTriangle {
+            corners: t.map(|v| vertices[v as usize]),
+            constraints: 0,
+        })
         .collect();
     let seam = Seam {
         vertices: seam_vertices.iter().map(|&v| vertices[v as usize]).collect(),

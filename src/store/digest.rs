@@ -44,7 +44,7 @@ pub struct Digest {
     pub triangles: DigestSum,
     /// All vertices.
     pub vertices: DigestSum,
-    /// Constraint edges. There are none as yet.
+    /// Constraint edges, the hash of each from its lexicographically smaller end to the other.
     pub constraint_edges: DigestSum,
     /// Triangles in holes. There are none as yet.
     pub holes: DigestSum,
@@ -68,10 +68,19 @@ impl Digest {
         self.triangles.add(point_bytes(corners).as_flattened());
     }
 
+    /// Adds a constraint edge.
+    pub fn add_constraint_edge(&mut self, [a, b]: [Point; 2]) {
+        let ends = if a.lex_cmp(b).is_lt() { [a, b] } else { [b, a] };
+        self.constraint_edges.add(point_bytes(ends).as_flattened());
+    }
+
     fn add_tile(&mut self, tile: &Tile) {
         tile.points().for_each(|p| self.add_vertex(p));
         for triangle in tile.owned_triangles() {
             self.add_triangle(tile.triangle_points(triangle));
+        }
+        for side in tile.owned_constraints() {
+            self.add_constraint_edge(tile.ends(side).map(|end| end.point));
         }
     }
 }

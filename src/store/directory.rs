@@ -86,6 +86,10 @@ pub struct Metadata {
     pub points: u64,
     /// Those of them that lay on another.
     pub duplicates: u64,
+    /// Vertices that are an end of a segment, and no point of the input.
+    pub ends: u64,
+    /// Edges that are constraints.
+    pub constraint_edges: u64,
     /// Whether vertices have a z.
     pub has_z: bool,
     /// Around all vertices.
@@ -107,6 +111,8 @@ impl Default for Metadata {
             hull_edges: 0,
             points: 0,
             duplicates: 0,
+            ends: 0,
+            constraint_edges: 0,
             has_z: false,
             bounds: Rect::EMPTY,
             sources: Vec::new(),
@@ -184,6 +190,8 @@ impl Directory {
             sources,
             crs,
             producer,
+            ends: m.ends,
+            constraint_edges: m.constraint_edges,
         };
         let root = schema::Directory::create(&mut builder, &args);
         builder.finish(root, None);
@@ -255,6 +263,8 @@ fn decode_metadata(root: schema::Directory<'_>) -> Metadata {
         hull_edges: root.hull_edges(),
         points: root.points(),
         duplicates: root.duplicates(),
+        ends: root.ends(),
+        constraint_edges: root.constraint_edges(),
         has_z: root.has_z(),
         bounds: Rect::new(root.min_x(), root.min_y(), root.max_x(), root.max_y()),
         sources: root.sources().map_or_else(Vec::new, |sources| {

@@ -29,6 +29,8 @@ pub(crate) struct CoreDraft {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// Sides across, or [`NONE`](crate::mesh::NONE).
     pub(crate) neighbours: Vec<[u32; 3]>,
+    /// For each triangle a bit for each side that is a constraint; or nothing, if none is.
+    pub(crate) constraints: Vec<u8>,
 }
 
 /// What a border is made of.
@@ -48,6 +50,8 @@ pub(crate) struct BorderDraft {
     pub(crate) core_links: Vec<(u32, u32)>,
     /// Pairs (vertex, side that starts there) in order.
     pub(crate) vertex_sides: Vec<(u32, u32)>,
+    /// For each triangle a bit for each side that is a constraint; or nothing, if none is.
+    pub(crate) constraints: Vec<u8>,
 }
 
 impl CoreDraft {
@@ -58,6 +62,7 @@ impl CoreDraft {
         self.records.clear();
         self.triangles.clear();
         self.neighbours.clear();
+        self.constraints.clear();
     }
 
     /// The FlatBuffer of the core, in one of these buffers.
@@ -84,6 +89,7 @@ impl CoreDraft {
         let z = (!self.z.is_empty()).then(|| builder.create_vector(&self.z));
         let coordinates: Vec<f64> = self.points.iter().flat_map(|p| [p.x, p.y]).collect();
         let coordinates = builder.create_vector(&coordinates);
+        let constraints = constraint_bits(&self.constraints).map(|bits| builder.create_vector(&bits));
         let args = schema::CoreArgs {
             tile: tile.0,
             generation,
@@ -94,6 +100,7 @@ impl CoreDraft {
             triangles: Some(triangles),
             neighbours: Some(neighbours),
             vertex_sides: Some(vertex_sides),
+            constraints,
         };
         let root = schema::Core::create(&mut builder, &args);
         builder.finish(root, None);
@@ -127,6 +134,7 @@ impl BorderDraft {
             .map(|&(id, p)| schema::ForeignVertex::new(p.x, p.y, id.tile.0, id.index))
             .collect();
         let foreign = builder.create_vector(&foreign);
+        let constraints = constraint_bits(&self.constraints).map(|bits| builder.create_vector(&bits));
         let args = schema::BorderArgs {
             tile: tile.0,
             generation,
@@ -135,11 +143,26 @@ impl BorderDraft {
             neighbours: Some(neighbours),
             core_links: Some(core_links),
             vertex_sides: Some(vertex_sides),
+            constraints,
         };
         let root = schema::Border::create(&mut builder, &args);
         builder.finish(root, None);
         finished(builder, buffers)
     }
+}
+
+/// A bit for each side, from three for each triangle; none if no side is a constraint.
+fn constraint_bits(triangles: &[u8]) -> Option<Vec<u8>> {
+    if triangles.iter().all(|&sides| sides == 0) {
+        return None;
+    }
+    let mut bits = vec![0u8; (3 * triangles.len()).div_ceil(8)];
+    for (sides, first) in triangles.iter().zip((0..).step_by(3)) {
+        for side in (0..3).filter(|s| sides >> s & 1 == 1).map(|s| first + s) {
+            bits[side / 8] |= 1 << (side % 8);
+        }
+    }
+    Some(bits)
 }
 
 /// The finished bytes, without a copy: they lie at the end of the builder's buffer.

@@ -9,6 +9,7 @@ use super::generated::tile as schema;
 use super::packed::Packed;
 use super::{TileEntry, TileId, VertexId};
 use crate::geometry::Point;
+use crate::mesh::next_side;
 
 /// A vertex: its number, and where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +53,8 @@ pub struct Tile {
     border_neighbours: Packed,
     core_links: Packed,
     border_vertex_sides: Packed,
+    /// Bits of the sides of the core, and of the border; empty if none is a constraint.
+    constraints: [Bytes; 2],
 }
 
 /// Bytes of a foreign vertex in a border.
@@ -87,6 +90,14 @@ impl Tile {
             border_neighbours: open(border, "border neighbours", border_table.neighbours())?,
             core_links: open(border, "core links", border_table.core_links())?,
             border_vertex_sides: open(border, "border vertex sides", border_table.vertex_sides())?,
+            constraints: [
+                core_table
+                    .constraints()
+                    .map_or_else(Bytes::new, |bits| core.slice_ref(bits.bytes())),
+                border_table
+                    .constraints()
+                    .map_or_else(Bytes::new, |bits| border.slice_ref(bits.bytes())),
+            ],
         };
         this.check(entry)?;
         Ok(this)
@@ -96,6 +107,10 @@ impl Tile {
     fn check(&self, entry: &TileEntry) -> Result<(), String> {
         let vertices = entry.vertices as usize;
         let (core, border) = (entry.core_triangles as usize, entry.border_triangles as usize);
+        let bits = |part: usize, triangles: usize| match self.constraints[part].is_empty() {
+            true => 0,
+            false => (3 * triangles).div_ceil(8),
+        };
         for (what, found, expected) in [
             ("coordinates", self.coordinates.len(), 16 * vertices),
             ("z", self.z.as_ref().map_or(8 * vertices, Bytes::len), 8 * vertices),
@@ -105,6 +120,12 @@ impl Tile {
             ("vertex sides", self.vertex_sides.len(), vertices),
             ("corners of the border", self.border_triangles.len(), 3 * border),
             ("neighbours of the border", self.border_neighbours.len(), 3 * border),
+            ("bytes of constraints", self.constraints[0].len(), bits(0, core)),
+            (
+                "bytes of constraints of the border",
+                self.constraints[1].len(),
+                bits(1, border),
+            ),
             ("half links", self.core_links.len() % 2, 0),
             ("half vertex sides", self.border_vertex_sides.len() % 2, 0),
         ] {
@@ -206,6 +227,7 @@ impl Tile {
             + self.coordinates.len()
             + self.z.as_ref().map_or(0, Bytes::len)
             + self.foreign.len()
+            + self.constraints.iter().map(Bytes::len).sum::<usize>()
             + packed.iter().map(|p| p.byte_size()).sum::<usize>()
     }
 
@@ -332,6 +354,43 @@ impl Tile {
             return Across::Side(value as u32);
         }
         find(&self.core_links, side as u64).map_or(Across::Hull, Across::Side)
+    }
+
+    /// Whether a side is on a constraint.
+    #[must_use]
+    pub fn is_constraint(&self, side: u32) -> bool {
+        assert!(side < 3 * self.triangle_count(), "tile {} has no side {side}", self.id);
+        let side = side as usize;
+        let (bits, side) = match side.checked_sub(self.triangles.len()) {
+            None => (&self.constraints[0], side),
+            Some(side) => (&self.constraints[1], side),
+        };
+        bits.get(side / 8).is_some_and(|byte| byte >> (side % 8) & 1 == 1)
+    }
+
+    /// The sides of the tile that are on constraint edges which belong to it, one for each.
+    pub fn owned_constraints(&self) -> impl Iterator<Item = u32> {
+        let is_first = |side: u32| match self.across(side) {
+            Across::Side(other) => side < other,
+            Across::Hull => true,
+            // Both ends are other tiles'.
+            Across::Elsewhere => false,
+        };
+        let any = self.constraints.iter().any(|bits| !bits.is_empty());
+        let sides = 0..if any { 3 * self.triangle_count() } else { 0 };
+        sides.filter(move |&side| {
+            self.is_constraint(side) && is_first(side) && {
+                let [from, to] = self.ends(side);
+                let smallest = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
+                smallest.id.tile == self.id
+            }
+        })
+    }
+
+    /// The vertices of a side.
+    #[must_use]
+    pub fn ends(&self, side: u32) -> [Vertex; 2] {
+        [side, next_side(side)].map(|side| self.vertex(self.origin(side)))
     }
 
     /// A side that starts at a vertex of the tile, if it has any triangles.

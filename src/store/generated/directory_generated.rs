@@ -1208,6 +1208,8 @@ pub mod delaunay_tiles {
             pub const VT_SOURCES: ::flatbuffers::VOffsetT = 32;
             pub const VT_CRS: ::flatbuffers::VOffsetT = 34;
             pub const VT_PRODUCER: ::flatbuffers::VOffsetT = 36;
+            pub const VT_ENDS: ::flatbuffers::VOffsetT = 38;
+            pub const VT_CONSTRAINT_EDGES: ::flatbuffers::VOffsetT = 40;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -1219,6 +1221,8 @@ pub mod delaunay_tiles {
                 args: &'args DirectoryArgs<'args>,
             ) -> ::flatbuffers::WIPOffset<Directory<'bldr>> {
                 let mut builder = DirectoryBuilder::new(_fbb);
+                builder.add_constraint_edges(args.constraint_edges);
+                builder.add_ends(args.ends);
                 builder.add_max_y(args.max_y);
                 builder.add_max_x(args.max_x);
                 builder.add_min_y(args.min_y);
@@ -1396,6 +1400,21 @@ pub mod delaunay_tiles {
                         .get::<::flatbuffers::ForwardsUOffset<&str>>(Directory::VT_PRODUCER, None)
                 }
             }
+            /// Vertices that are an end of a segment, and no point of the input.
+            #[inline]
+            pub fn ends(&self) -> u64 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u64>(Directory::VT_ENDS, Some(0)).unwrap() }
+            }
+            #[inline]
+            pub fn constraint_edges(&self) -> u64 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u64>(Directory::VT_CONSTRAINT_EDGES, Some(0)).unwrap() }
+            }
         }
 
         impl ::flatbuffers::Verifiable for Directory<'_> {
@@ -1422,6 +1441,8 @@ pub mod delaunay_tiles {
      .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, ::flatbuffers::ForwardsUOffset<Source>>>>("sources", Self::VT_SOURCES, false)?
      .visit_field::<::flatbuffers::ForwardsUOffset<&str>>("crs", Self::VT_CRS, false)?
      .visit_field::<::flatbuffers::ForwardsUOffset<&str>>("producer", Self::VT_PRODUCER, false)?
+     .visit_field::<u64>("ends", Self::VT_ENDS, false)?
+     .visit_field::<u64>("constraint_edges", Self::VT_CONSTRAINT_EDGES, false)?
      .finish();
                 Ok(())
             }
@@ -1445,6 +1466,8 @@ pub mod delaunay_tiles {
                 Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, ::flatbuffers::ForwardsUOffset<Source<'a>>>>>,
             pub crs: Option<::flatbuffers::WIPOffset<&'a str>>,
             pub producer: Option<::flatbuffers::WIPOffset<&'a str>>,
+            pub ends: u64,
+            pub constraint_edges: u64,
         }
         impl<'a> Default for DirectoryArgs<'a> {
             #[inline]
@@ -1467,6 +1490,8 @@ pub mod delaunay_tiles {
                     sources: None,
                     crs: None,
                     producer: None,
+                    ends: 0,
+                    constraint_edges: 0,
                 }
             }
         }
@@ -1556,6 +1581,15 @@ pub mod delaunay_tiles {
                     .push_slot_always::<::flatbuffers::WIPOffset<_>>(Directory::VT_PRODUCER, producer);
             }
             #[inline]
+            pub fn add_ends(&mut self, ends: u64) {
+                self.fbb_.push_slot::<u64>(Directory::VT_ENDS, ends, 0);
+            }
+            #[inline]
+            pub fn add_constraint_edges(&mut self, constraint_edges: u64) {
+                self.fbb_
+                    .push_slot::<u64>(Directory::VT_CONSTRAINT_EDGES, constraint_edges, 0);
+            }
+            #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> DirectoryBuilder<'a, 'b, A> {
                 let start = _fbb.start_table();
                 DirectoryBuilder {
@@ -1592,6 +1626,8 @@ pub mod delaunay_tiles {
                 ds.field("sources", &self.sources());
                 ds.field("crs", &self.crs());
                 ds.field("producer", &self.producer());
+                ds.field("ends", &self.ends());
+                ds.field("constraint_edges", &self.constraint_edges());
                 ds.finish()
             }
         }

@@ -352,6 +352,7 @@ pub mod delaunay_tiles {
             pub const VT_TRIANGLES: ::flatbuffers::VOffsetT = 16;
             pub const VT_NEIGHBOURS: ::flatbuffers::VOffsetT = 18;
             pub const VT_VERTEX_SIDES: ::flatbuffers::VOffsetT = 20;
+            pub const VT_CONSTRAINTS: ::flatbuffers::VOffsetT = 22;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -364,6 +365,9 @@ pub mod delaunay_tiles {
             ) -> ::flatbuffers::WIPOffset<Core<'bldr>> {
                 let mut builder = CoreBuilder::new(_fbb);
                 builder.add_first_record(args.first_record);
+                if let Some(x) = args.constraints {
+                    builder.add_constraints(x);
+                }
                 if let Some(x) = args.vertex_sides {
                     builder.add_vertex_sides(x);
                 }
@@ -482,6 +486,20 @@ pub mod delaunay_tiles {
                         .unwrap()
                 }
             }
+            /// A bit for each side, from the lowest of the first byte on: whether it is on a constraint. Absent: none is.
+            #[inline]
+            pub fn constraints(&self) -> Option<::flatbuffers::Vector<'a, u8>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, u8>>>(
+                            Core::VT_CONSTRAINTS,
+                            None,
+                        )
+                }
+            }
         }
 
         impl ::flatbuffers::Verifiable for Core<'_> {
@@ -508,6 +526,11 @@ pub mod delaunay_tiles {
                     .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("triangles", Self::VT_TRIANGLES, true)?
                     .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("neighbours", Self::VT_NEIGHBOURS, true)?
                     .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("vertex_sides", Self::VT_VERTEX_SIDES, true)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, u8>>>(
+                        "constraints",
+                        Self::VT_CONSTRAINTS,
+                        false,
+                    )?
                     .finish();
                 Ok(())
             }
@@ -522,6 +545,7 @@ pub mod delaunay_tiles {
             pub triangles: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub neighbours: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub vertex_sides: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
+            pub constraints: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u8>>>,
         }
         impl<'a> Default for CoreArgs<'a> {
             #[inline]
@@ -536,6 +560,7 @@ pub mod delaunay_tiles {
                     triangles: None,    // required field
                     neighbours: None,   // required field
                     vertex_sides: None, // required field
+                    constraints: None,
                 }
             }
         }
@@ -587,6 +612,11 @@ pub mod delaunay_tiles {
                     .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Core::VT_VERTEX_SIDES, vertex_sides);
             }
             #[inline]
+            pub fn add_constraints(&mut self, constraints: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, u8>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Core::VT_CONSTRAINTS, constraints);
+            }
+            #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> CoreBuilder<'a, 'b, A> {
                 let start = _fbb.start_table();
                 CoreBuilder {
@@ -618,6 +648,7 @@ pub mod delaunay_tiles {
                 ds.field("triangles", &self.triangles());
                 ds.field("neighbours", &self.neighbours());
                 ds.field("vertex_sides", &self.vertex_sides());
+                ds.field("constraints", &self.constraints());
                 ds.finish()
             }
         }
@@ -647,6 +678,7 @@ pub mod delaunay_tiles {
             pub const VT_NEIGHBOURS: ::flatbuffers::VOffsetT = 12;
             pub const VT_CORE_LINKS: ::flatbuffers::VOffsetT = 14;
             pub const VT_VERTEX_SIDES: ::flatbuffers::VOffsetT = 16;
+            pub const VT_CONSTRAINTS: ::flatbuffers::VOffsetT = 18;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -658,6 +690,9 @@ pub mod delaunay_tiles {
                 args: &'args BorderArgs<'args>,
             ) -> ::flatbuffers::WIPOffset<Border<'bldr>> {
                 let mut builder = BorderBuilder::new(_fbb);
+                if let Some(x) = args.constraints {
+                    builder.add_constraints(x);
+                }
                 if let Some(x) = args.vertex_sides {
                     builder.add_vertex_sides(x);
                 }
@@ -755,6 +790,20 @@ pub mod delaunay_tiles {
                         .unwrap()
                 }
             }
+            /// As in the core, for the sides of the border.
+            #[inline]
+            pub fn constraints(&self) -> Option<::flatbuffers::Vector<'a, u8>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, u8>>>(
+                            Border::VT_CONSTRAINTS,
+                            None,
+                        )
+                }
+            }
         }
 
         impl ::flatbuffers::Verifiable for Border<'_> {
@@ -775,6 +824,11 @@ pub mod delaunay_tiles {
                     .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("neighbours", Self::VT_NEIGHBOURS, true)?
                     .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("core_links", Self::VT_CORE_LINKS, true)?
                     .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("vertex_sides", Self::VT_VERTEX_SIDES, true)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, u8>>>(
+                        "constraints",
+                        Self::VT_CONSTRAINTS,
+                        false,
+                    )?
                     .finish();
                 Ok(())
             }
@@ -787,6 +841,7 @@ pub mod delaunay_tiles {
             pub neighbours: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub core_links: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub vertex_sides: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
+            pub constraints: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u8>>>,
         }
         impl<'a> Default for BorderArgs<'a> {
             #[inline]
@@ -799,6 +854,7 @@ pub mod delaunay_tiles {
                     neighbours: None,   // required field
                     core_links: None,   // required field
                     vertex_sides: None, // required field
+                    constraints: None,
                 }
             }
         }
@@ -842,6 +898,11 @@ pub mod delaunay_tiles {
                     .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Border::VT_VERTEX_SIDES, vertex_sides);
             }
             #[inline]
+            pub fn add_constraints(&mut self, constraints: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, u8>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Border::VT_CONSTRAINTS, constraints);
+            }
+            #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> BorderBuilder<'a, 'b, A> {
                 let start = _fbb.start_table();
                 BorderBuilder {
@@ -871,6 +932,7 @@ pub mod delaunay_tiles {
                 ds.field("neighbours", &self.neighbours());
                 ds.field("core_links", &self.core_links());
                 ds.field("vertex_sides", &self.vertex_sides());
+                ds.field("constraints", &self.constraints());
                 ds.finish()
             }
         }

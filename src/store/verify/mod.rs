@@ -3,7 +3,8 @@
 //! [`TileReader::verify`] reads every tile once: checksums, ranges, adjacency. A deep check proves the triangulation in
 //! memory that grows with the number of tiles only:
 //!
-//! - each triangle is counter-clockwise, and each edge's circle is empty, ties broken by the rule;
+//! - each triangle is counter-clockwise, and the circle of each edge that is no constraint is empty, ties broken by the rule;
+//! - both sides of an edge say the same about whether it is a constraint;
 //! - around each vertex the triangles close once, or make a fan of at most a half-turn on the hull;
 //! - the hull, which turns left everywhere, goes round once: it has a single lexicographic minimum;
 //! - counts and bounds of the directory are those of the tiles;
@@ -11,8 +12,8 @@
 //!   the triangles that the one owns and the other shares cancel.
 //!
 //! Triangles that fit round every vertex cover the plane like a sheet without folds, a closed convex curve round it is
-//! passed once, so the sheet lies flat: the file is a triangulation of the convex hull, and by the circles the one Delaunay
-//! triangulation.
+//! passed once, so the sheet lies flat: the file is a triangulation of the convex hull, and by the circles the one
+//! constrained Delaunay triangulation.
 //!
 //! [`TileReader::verify_points`] compares it with its input.
 
@@ -92,8 +93,10 @@ pub struct VerifyReport {
     pub vertices: u64,
     /// Triangles.
     pub triangles: u64,
-    /// Edges whose circle is empty; 0 unless the check was deep.
+    /// Edges that are constraints or whose circle is empty; 0 unless the check was deep.
     pub edges: u64,
+    /// Those that are constraints.
+    pub constraint_edges: u64,
 }
 
 impl TileReader {
@@ -120,7 +123,7 @@ impl TileReader {
             let (tile, report) = report?;
             totals.add(self, report.map_err(|fault| fault.of(tile))?)?;
         }
-        self.verify_metadata()?;
+        self.verify_metadata(&totals)?;
         if deep {
             self.verify_whole(&totals).await?;
         }
@@ -129,12 +132,19 @@ impl TileReader {
             vertices: directory.metadata.vertices,
             triangles: directory.metadata.triangles,
             edges: totals.edges,
+            constraint_edges: totals.constraint_edges,
         })
     }
 
     /// Checks the root of the directory against its entries, which are known to be right.
-    fn verify_metadata(&self) -> Result<(), VerifyError> {
+    fn verify_metadata(&self, totals: &Totals) -> Result<(), VerifyError> {
         let Directory { metadata, tiles, .. } = self.directory();
+        if totals.constraint_edges != metadata.constraint_edges {
+            let (found, expected) = (totals.constraint_edges, metadata.constraint_edges);
+            return Err(VerifyError::File(format!(
+                "there are {found} constraint edges, and the directory says {expected}"
+            )));
+        }
         let bounds = tiles.iter().fold(Rect::EMPTY, |all, tile| all.union(tile.bounds));
         if bounds != metadata.bounds {
             let found = metadata.bounds;
@@ -142,10 +152,11 @@ impl TileReader {
                 "its bounds are {bounds:?}, and the directory says {found:?}"
             )));
         }
-        if metadata.points.checked_sub(metadata.duplicates) != Some(metadata.vertices) {
+        let places = metadata.points.checked_sub(metadata.duplicates);
+        if places.and_then(|places| places.checked_add(metadata.ends)) != Some(metadata.vertices) {
             return Err(VerifyError::File(format!(
-                "{} points less {} duplicates are not {} vertices",
-                metadata.points, metadata.duplicates, metadata.vertices
+                "{} points less {} duplicates and {} ends of segments are not {} vertices",
+                metadata.points, metadata.duplicates, metadata.ends, metadata.vertices
             )));
         }
         match tiles
@@ -266,6 +277,7 @@ impl Fault {
 #[derive(Default)]
 struct Totals {
     edges: u64,
+    constraint_edges: u64,
     hull_edges: u64,
     /// Hull vertices that are lexicographically smaller than both their neighbours on the hull.
     hull_minima: u64,
@@ -294,6 +306,7 @@ impl Totals {
             return wrong("it differs from the file in whether it has z".to_owned());
         }
         self.edges += report.edges;
+        self.constraint_edges += report.constraint_edges;
         self.hull_edges += report.hull_edges;
         self.hull_minima += report.hull_minima;
         for (pair, sum) in report.shared {

@@ -32,6 +32,8 @@ struct ModelTile {
     border: Vec<Named>,
     /// Where the tile believes vertices of others to be, if not where they are.
     beliefs: HashMap<VertexId, Point>,
+    /// Pairs of vertices, the smaller first, between which the tile has constraints.
+    constraints: HashSet<[VertexId; 2]>,
 }
 
 fn run<T>(work: impl Future<Output = T>) -> T {
@@ -39,6 +41,10 @@ fn run<T>(work: impl Future<Output = T>) -> T {
         .build()
         .unwrap()
         .block_on(work)
+}
+
+fn pair(a: VertexId, b: VertexId) -> [VertexId; 2] {
+    [a.min(b), a.max(b)]
 }
 
 fn smallest_first(mut t: Named) -> Named {
@@ -72,6 +78,7 @@ impl Model {
                     core: (0..tile.core_triangle_count()).map(named).collect(),
                     border: (tile.core_triangle_count()..tile.triangle_count()).map(named).collect(),
                     beliefs: HashMap::new(),
+                    constraints: HashSet::new(),
                 }
             });
             Self {
@@ -142,6 +149,8 @@ impl Model {
             metadata.points = metadata.vertices;
             metadata.bounds = entries.iter().fold(Rect::EMPTY, |all, e| all.union(e.bounds));
             metadata.tile_vertices = 1000;
+            let constraints = self.tiles.iter().flat_map(|tile| &tile.constraints);
+            metadata.constraint_edges = constraints.collect::<HashSet<_>>().len() as u64;
             metadata.hull_edges = match metadata.triangles {
                 0 => 0,
                 triangles => (2 * metadata.vertices - 2).saturating_sub(triangles),
@@ -195,6 +204,11 @@ impl Model {
                 }));
             }
         }
+        let bits = |triangles: &[Named]| -> Vec<u8> {
+            let is_one = |t: &Named, s: usize| tile.constraints.contains(&pair(t[s], t[(s + 1) % 3]));
+            let sides = |t| (0..3).filter(|&s| is_one(t, s)).map(|s| 1 << s).sum();
+            triangles.iter().map(sides).collect()
+        };
         let in_core: HashSet<u32> = tile.core.iter().flatten().map(|v| v.index).collect();
         let mut leaving: Vec<(u32, u32)> = triangles[tile.core.len()..]
             .as_flattened()
@@ -228,6 +242,7 @@ impl Model {
             records: (0..own.into()).collect(),
             triangles: triangles[..tile.core.len()].to_vec(),
             neighbours: core_neighbours,
+            constraints: bits(&tile.core),
         };
         let border = BorderDraft {
             vertices: own,
@@ -237,6 +252,7 @@ impl Model {
             neighbours,
             core_links,
             vertex_sides: leaving,
+            constraints: bits(&tile.border),
         };
         (core, border, entry)
     }
@@ -314,6 +330,38 @@ fn a_flipped_edge() {
         }
     }
     assert!(ties > 20, "{ties}");
+}
+
+/// A flipped edge is right where it is a constraint, and all tiles say so.
+#[test]
+fn constraints_and_tiles_that_do_not_know_of_them() {
+    let mut partly = 0;
+    for model in models() {
+        let whole: Vec<Named> = model.tiles.iter().flat_map(|t| t.core.clone()).collect();
+        for (old, new) in model.flips(|_| true).into_iter().step_by(11) {
+            let core = old.iter().all(|t| whole.contains(t));
+            let edge = pair(new[0][0], new[0][2]);
+            let mut right = model.clone();
+            old.iter().for_each(|&t| right.remove(t));
+            new.iter().for_each(|&t| right.add(t, core));
+            right
+                .tiles
+                .iter_mut()
+                .for_each(|tile| _ = tile.constraints.insert(edge));
+            right.verify().unwrap();
+            let knows = |tile: &ModelTile| {
+                let triangles = tile.core.iter().chain(&tile.border);
+                triangles.filter(|t| edge.iter().all(|v| t.contains(v))).count() > 0
+            };
+            for tile in (0..right.tiles.len()).filter(|&tile| knows(&right.tiles[tile])) {
+                let mut wrong = right.clone();
+                wrong.tiles[tile].constraints.clear();
+                found(&wrong);
+                partly += usize::from(!core);
+            }
+        }
+    }
+    assert!(partly > 100, "{partly}");
 }
 
 #[test]

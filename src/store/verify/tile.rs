@@ -20,6 +20,7 @@ pub(super) struct TileReport {
     pub(super) bounds: Rect,
     pub(super) has_z: bool,
     pub(super) edges: u64,
+    pub(super) constraint_edges: u64,
     pub(super) hull_edges: u64,
     pub(super) hull_minima: u64,
     pub(super) shared: HashMap<(TileId, TileId), u128>,
@@ -43,6 +44,7 @@ pub(super) fn check(
         bounds: Rect::around(tile.points()),
         has_z: tile.vertex_count() == 0 || tile.z(0).is_some(),
         edges: 0,
+        constraint_edges: tile.owned_constraints().count() as u64,
         hull_edges: 0,
         hull_minima: 0,
         shared: HashMap::new(),
@@ -118,6 +120,15 @@ fn check_triangle(tile: &Tile, triangle: u32) -> Result<(), Fault> {
                         format!("it and triangle {} disagree on their edge", other / 3),
                     ));
                 }
+                if tile.is_constraint(side) != tile.is_constraint(other) {
+                    return Err(Fault::at(
+                        triangle,
+                        format!(
+                            "it and triangle {} disagree on whether their edge is a constraint",
+                            other / 3
+                        ),
+                    ));
+                }
             }
             Across::Elsewhere if foreign => {}
             Across::Hull if !foreign => {}
@@ -129,7 +140,7 @@ fn check_triangle(tile: &Tile, triangle: u32) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The circle of each edge with both its triangles in the tile is empty. Returns how many belong to the tile.
+/// The circle of each edge with both its triangles in the tile is empty, unless it is a constraint. Returns how many belong to the tile.
 fn check_circles(tile: &Tile) -> Result<u64, Fault> {
     let mut edges = 0;
     for side in 0..3 * tile.triangle_count() {
@@ -137,6 +148,7 @@ fn check_circles(tile: &Tile) -> Result<u64, Fault> {
         let first = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
         let mine = first.id.tile == tile.id();
         match tile.across(side) {
+            Across::Side(other) if side < other && tile.is_constraint(side) => edges += u64::from(mine),
             Across::Side(other) if side < other => {
                 let opposite = tile.vertex(tile.origin(prev_side(other))).point;
                 let [a, b, c] = tile.triangle_points(side / 3);
@@ -182,16 +194,19 @@ pub(super) fn owner(tile: &Tile, triangle: u32) -> TileId {
     smaller(smaller(a, b), c).id.tile
 }
 
-/// A hash of a triangle's corners, their numbers and places, the smallest first.
+/// A hash of a triangle's corners, their numbers and places, and of which sides are constraints, from the smallest corner on.
 pub(super) fn hash(tile: &Tile, triangle: u32) -> u128 {
     let mut corners = tile.vertices(triangle);
     let smallest = (0..3).min_by_key(|&i| corners[i].id).unwrap_or(0);
     corners.rotate_left(smallest);
+    let mut constraints = [0, 1, 2].map(|side| u64::from(tile.is_constraint(3 * triangle + side)));
+    constraints.rotate_left(smallest);
     let bytes: Vec<u8> = corners
         .iter()
-        .flat_map(|v| {
+        .zip(constraints)
+        .flat_map(|(v, constraint)| {
             let id = u64::from(v.id.tile.0) << 32 | u64::from(v.id.index);
-            [id, v.point.x.to_bits(), v.point.y.to_bits()]
+            [id, v.point.x.to_bits(), v.point.y.to_bits(), constraint]
         })
         .flat_map(u64::to_le_bytes)
         .collect();
