@@ -14,6 +14,8 @@ pub(super) struct Border {
     pub(super) owned: u32,
     /// Around the corners of these.
     pub(super) bounds: Rect,
+    /// Constraint edges that belong to the tile, but for those between two triangles of the core.
+    pub(super) constraint_edges: u64,
 }
 
 /// A side of a core or border triangle, by the edge it lies on.
@@ -45,7 +47,11 @@ pub(super) fn assemble(
     let (mut owned, mut bounds) = (0, Rect::EMPTY);
     let mut with_constraints = Vec::with_capacity(late.len());
     for LateTriangle { corners, constraints } in &late {
-        let mut sides = [0, 1, 2].map(|s| (corner(&corners[s]), constraints >> s & 1));
+        let mut sides = [0, 1, 2].map(|s| {
+            let [from, to] = [corners[s], corners[(s + 1) % 3]];
+            let first = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
+            (corner(&from), constraints >> s & 1, first.id.tile == tile)
+        });
         while sides[0].0 > sides[1].0 || sides[0].0 > sides[2].0 {
             sides.rotate_left(1);
         }
@@ -57,8 +63,20 @@ pub(super) fn assemble(
         }
     }
     with_constraints.sort_unstable();
-    let triangles: Vec<[u32; 3]> = with_constraints.iter().map(|t| t.map(|(corner, _)| corner)).collect();
+    let triangles: Vec<[u32; 3]> = with_constraints.iter().map(|t| t.map(|(corner, ..)| corner)).collect();
     let bits = with_constraints.iter().map(|t| t[0].1 | t[1].1 << 1 | t[2].1 << 2);
+
+    let own = open_sides.iter().filter(|side| side.is_constraint);
+    let mut own_constraints: Vec<(u32, u32)> = own.map(|side| edge(side.from, side.to)).collect();
+    for sides in &with_constraints {
+        for (s, &(from, bit, is_own)) in sides.iter().enumerate() {
+            if bit == 1 && is_own {
+                own_constraints.push(edge(from, sides[(s + 1) % 3].0));
+            }
+        }
+    }
+    own_constraints.sort_unstable();
+    own_constraints.dedup();
 
     let core_sides = 3 * core_triangles;
     let (neighbours, core_links) = link(&triangles, vertices, core_sides, open_sides);
@@ -75,7 +93,13 @@ pub(super) fn assemble(
         },
         owned,
         bounds,
+        constraint_edges: own_constraints.len() as u64,
     }
+}
+
+/// The corners of an edge, the smaller first.
+fn edge(from: u32, to: u32) -> (u32, u32) {
+    (from.min(to), from.max(to))
 }
 
 /// The sides across those of the border's triangles, and the pairs of core and border sides.
@@ -86,7 +110,7 @@ fn link(
     open_sides: &[OpenSide],
 ) -> (Vec<[u64; 3]>, Vec<(u32, u32)>) {
     let on = |from: u32, to: u32, side| EdgeSide {
-        edge: (from.min(to), from.max(to)),
+        edge: edge(from, to),
         side,
     };
     let mut sides: Vec<EdgeSide> = open_sides.iter().map(|o| on(o.from, o.to, o.side)).collect();

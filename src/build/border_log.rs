@@ -153,7 +153,8 @@ impl BorderLog {
         let group = self.group_of(tile.0);
         let buffer = &mut self.groups[group].buffers[SIDES];
         for side in sides {
-            for word in [tile.0, side.from, side.to, side.side] {
+            let mark = if side.is_constraint { CONSTRAINT } else { 0 };
+            for word in [tile.0, side.from, side.to, side.side | mark] {
                 buffer.extend_from_slice(&word.to_le_bytes());
             }
         }
@@ -346,7 +347,13 @@ impl GroupBorders {
     /// The open sides of a tile's core.
     pub(super) fn sides_of(&self, tile: TileId) -> Vec<OpenSide> {
         let sides = self.sides.of(tile.0 - self.tiles.start).map(words);
-        sides.map(|[_, from, to, side]| OpenSide { from, to, side }).collect()
+        let open = sides.map(|[_, from, to, side]| OpenSide {
+            from,
+            to,
+            side: side & !CONSTRAINT,
+            is_constraint: side & CONSTRAINT != 0,
+        });
+        open.collect()
     }
 }
 

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -14,6 +15,7 @@ use tokio::sync::{mpsc, oneshot};
 use super::border_log::BorderLog;
 use super::budget::{self, Shares};
 use super::conquest::{Conquest, ConquestLimits};
+use super::constrain::segments_of_leaves;
 use super::intake::{Intake, Points};
 use super::journal::{FinishedBlocks, JournalReader, SavedPlan};
 use super::output::{Journal, Output};
@@ -21,6 +23,7 @@ use super::pipeline;
 use super::point_store::PointStore;
 use super::prefetch::{self, Prefetched};
 use super::schedule::{BlockPoints, Board};
+use super::segments::Segments;
 use super::spill::{self, Block, Plan};
 use super::summary::{LevelSummary, PhaseSummary, Waits};
 use super::work_folder::WorkFolder;
@@ -42,6 +45,11 @@ pub struct Builder {
     intake: Intake,
     points: u64,
     has_z: bool,
+    /// One more than the largest record number so far.
+    next_record: u64,
+    /// From this record number on points are ends of segments.
+    first_end: Arc<AtomicU64>,
+    segments: Segments,
     description: Description,
     began: Instant,
 }
@@ -64,6 +72,9 @@ impl Builder {
             intake: Intake::new(),
             points: 0,
             has_z: false,
+            next_record: 0,
+            first_end: Arc::new(AtomicU64::new(u64::MAX)),
+            segments: Segments::default(),
             description: Description::default(),
             began: Instant::now(),
         };
@@ -124,7 +135,8 @@ impl Builder {
     pub fn expect(&mut self, points: u64, mut sample: Vec<Point>) -> Result<(), BuildError> {
         sample.retain(|point| point.is_valid());
         budget::check_disk(&self.folder, points, 0, false)?;
-        self.intake.expect(points, sample, &self.options, &self.folder)
+        self.intake
+            .expect(points, sample, &self.options, &self.folder, &self.first_end)
     }
 
     /// Takes a batch of points.
@@ -152,11 +164,60 @@ impl Builder {
         if let Some((&point, &record)) = invalid {
             return Err(BuildError::InvalidPoint { record, point });
         }
-        self.intake.push(batch, &self.options, &self.folder).await?;
+        self.intake
+            .push(batch, &self.options, &self.folder, &self.first_end)
+            .await?;
+        self.segments.resolve(batch);
         self.has_z |= !batch.z.is_empty();
+        let last = batch.records.iter().copied().max();
+        self.next_record = self.next_record.max(last.map_or(0, |last| last.saturating_add(1)));
         let points = points as u64;
         self.points += points;
         self.options.progress.advance(points, points);
+        Ok(())
+    }
+
+    /// Takes segments: lines between two places that become chains of edges. Their ends join the vertices; where a point lies
+    /// at the same place, that is kept.
+    ///
+    /// Segments may meet in ends, in points and along each other, but not cross. All are kept in memory, and a build with
+    /// segments cannot be resumed.
+    ///
+    /// # Errors
+    /// If an end is not [valid](crate::geometry::Point::is_valid), or they take more than half of the memory.
+    pub fn push_segments(&mut self, segments: &[[Point; 2]]) -> Result<(), BuildError> {
+        self.segments.push(segments)?;
+        self.segments.check_memory(&self.options)
+    }
+
+    /// Takes segments by the record numbers of the points that they join, before these are pushed.
+    ///
+    /// # Errors
+    /// If they take more than half of the memory.
+    pub fn push_segments_between(&mut self, records: &[[u64; 2]]) -> Result<(), BuildError> {
+        self.segments.push_between(records);
+        self.segments.check_memory(&self.options)
+    }
+
+    /// Pushes the ends of segments as points, which give way to others.
+    async fn push_ends(&mut self) -> Result<(), BuildError> {
+        if self.segments.by_ends().is_empty() {
+            return Ok(());
+        }
+        self.first_end.store(self.next_record, Ordering::Relaxed);
+        let mut record = self.next_record;
+        for segments in self.segments.by_ends().chunks(4096) {
+            let ends = segments.as_flattened();
+            let batch = PointBatch {
+                points: ends.to_vec(),
+                z: Vec::new(),
+                records: (record..record + ends.len() as u64).collect(),
+            };
+            record += ends.len() as u64;
+            self.intake
+                .push(&batch, &self.options, &self.folder, &self.first_end)
+                .await?;
+        }
         Ok(())
     }
 
@@ -186,6 +247,7 @@ impl Builder {
 
     async fn build(&mut self) -> Result<BuildSummary, BuildError> {
         let is_resumed = !self.needs_points();
+        self.push_ends().await?;
         let intake = std::mem::replace(&mut self.intake, Intake::new());
         let (plan, store) = match intake.finish().await? {
             Points::Memory(store) => (in_memory(&store), Some(store)),
@@ -199,7 +261,7 @@ impl Builder {
             None if is_resumed => budget::resumed_shares(&self.options, &plan)?,
             None => budget::shares(&self.options, plan.points, plan.has_z)?,
         };
-        let has_journal = store.is_none() && self.options.resumable.is_some();
+        let has_journal = store.is_none() && self.options.resumable.is_some() && self.segments.is_empty();
         let mut finished = FinishedBlocks::default();
         if is_resumed {
             finished = FinishedBlocks::read(&self.folder)?;
@@ -260,6 +322,9 @@ impl Builder {
             has_journal,
         };
         let merge_vertices = self.options.merge_vertices.min(shares.merge_vertices);
+        let segments = std::mem::take(&mut self.segments).finish()?;
+        let numbers = 0..segments.len() as u32;
+        let of_blocks = segments_of_leaves(&plan.tree, Rect::PLANE, &segments, numbers);
         let conquest = Arc::new(Conquest {
             board: Board::new(&plan.tree, merge_vertices, shares.threads),
             options: (*self.options).clone(),
@@ -268,6 +333,10 @@ impl Builder {
             found: Mutex::default(),
             limits,
             buffers: Buffers::keeping(shares.threads.div_ceil(2)),
+            segments,
+            of_blocks: Mutex::new(of_blocks),
+            first_end: self.first_end.load(Ordering::Relaxed),
+            of_tiles: Mutex::default(),
         });
         // Whoever drops this future stops the threads too.
         let _stop = StopOnDrop(&conquest.board);
@@ -317,9 +386,9 @@ impl Builder {
         let found = std::mem::take(&mut *conquest.found.lock());
         let trees: Vec<KdTree> = found.blocks.iter().map(|block| block.tree.clone()).collect();
         let tree = plan.tree.with_leaves_cut(&trees);
-        let duplicates = plan.merged + found.blocks.iter().map(|block| block.duplicates).sum::<u64>();
+        let ends = found.blocks.iter().map(|block| block.ends).sum::<u64>();
         let (cores, borders) = output.extents();
-        let directory = self.directory(tree, &tiles, cores, borders, duplicates);
+        let directory = self.directory(tree, &tiles, cores, borders, ends);
         let bytes = |extents: &[Extent]| extents.iter().map(|e| u64::from(e.length)).sum::<u64>();
         let [log_read, log_written] = conquest.log.lock().traffic();
         let core_bytes = bytes(&cores[first_tile as usize..]) + output.journal_bytes() + log_written;
@@ -349,6 +418,9 @@ impl Builder {
             triangles: metadata.triangles,
             border_triangles: conquest.log.lock().triangle_count(),
             hull_edges: metadata.hull_edges,
+            ends: metadata.ends,
+            constraint_edges: metadata.constraint_edges,
+            held_triangles: found.blocks.iter().map(|block| block.held_triangles).sum(),
             tiles: directory.tiles.len() as u64,
             file_bytes,
             blocks: blocks.len() as u64,
@@ -441,7 +513,7 @@ impl Builder {
         states: &[TileState],
         cores: &[Extent],
         borders: &[Extent],
-        duplicates: u64,
+        ends: u64,
     ) -> Directory {
         let extents = cores.iter().zip(borders);
         let entry = |(tile, (&core, &border)): (&TileState, (&Extent, &Extent))| TileEntry {
@@ -466,7 +538,9 @@ impl Builder {
             vertices,
             triangles,
             bounds: tiles.iter().fold(Rect::EMPTY, |all, t| all.union(t.bounds)),
-            duplicates,
+            duplicates: (self.points + ends).saturating_sub(vertices),
+            ends,
+            constraint_edges: states.iter().map(|state| state.constraint_edges).sum(),
             // Euler's formula for a triangulated disc.
             hull_edges: match triangles {
                 0 => 0,

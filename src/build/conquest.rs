@@ -1,5 +1,6 @@
 //! Conquer and merge: what threads do with the tasks of the board, and what is known of the tiles meanwhile.
 
+use std::collections::HashMap;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -9,19 +10,20 @@ use parking_lot::Mutex;
 
 use super::border_log::BorderLog;
 use super::budget::SEAM_WORK_BYTES;
+use super::constrain::{Crossed, segments_of_leaves};
 use super::divide::divide;
 use super::growth::SeamGrowth;
 use super::journal::FinishedBlock;
-use super::leaf::{conquer, first_duplicate};
+use super::leaf::{LeafSegments, conquer, first_duplicate};
 use super::merge::merge;
 use super::node::{Seam, Workspace};
-use super::options::{BuildOptions, Duplicates, Phase};
+use super::options::{BuildOptions, DuplicateRule, Duplicates, Phase};
 use super::ordered::{Closed, Ordered};
 use super::output::{Extent, Sender};
 use super::schedule::{BlockPoints, Board, Place, Task};
 use super::summary::LevelSummary;
 use super::{BlockFound, BuildError, GENERATION, TileState};
-use crate::geometry::Point;
+use crate::geometry::{Point, Rect};
 use crate::io::Buffers;
 use crate::store::{MAX_TILES, TileId};
 
@@ -36,6 +38,13 @@ pub(super) struct Conquest {
     pub(super) limits: ConquestLimits,
     /// For the cores on their way to the file.
     pub(super) buffers: Buffers,
+    pub(super) segments: Vec<[Point; 2]>,
+    /// From this record number on points are ends of segments.
+    pub(super) first_end: u64,
+    /// Segments that may meet the cell of a block that was not divided yet.
+    pub(super) of_blocks: Mutex<Vec<Vec<u32>>>,
+    /// Segments that may meet the cell of a tile that was not conquered yet.
+    pub(super) of_tiles: Mutex<HashMap<u32, Vec<u32>>>,
 }
 
 /// What conquest must keep to, and what it knows of its input.
@@ -108,7 +117,7 @@ impl Conquest {
         let division = divide(&mut block.store.items, self.options.tile_vertices, threads);
         if self.options.duplicates == Duplicates::Error {
             let leaves = division.leaves.iter().map(|leaf| &block.store.items[leaf.clone()]);
-            let duplicates = leaves.filter_map(|items| first_duplicate(items, &block.store.attributes));
+            let duplicates = leaves.filter_map(|items| first_duplicate(items, &block.store.attributes, self.first_end));
             let mut found = self.found.lock();
             let first = duplicates.chain(found.first_duplicate);
             found.first_duplicate = first.min_by_key(|(records, _)| (records[1], records[0]));
@@ -120,9 +129,18 @@ impl Conquest {
         }
         let tiles = division.leaves.len();
         let tree = division.tree.clone();
+        let of_leaves = if self.segments.is_empty() {
+            Vec::new()
+        } else {
+            let its = std::mem::take(&mut self.of_blocks.lock()[block.number as usize]);
+            let cell = self.board.block_cell(block.number);
+            segments_of_leaves(&tree, cell, &self.segments, its.into_iter())
+        };
         let mut many = false;
         self.board.divided(block, division, |first_tile| {
             many = first_tile as usize + tiles > MAX_TILES as usize;
+            let of_tiles = (first_tile..).zip(of_leaves).filter(|(_, its)| !its.is_empty());
+            self.of_tiles.lock().extend(of_tiles);
             self.add_block(BlockFound {
                 first_tile,
                 tree,
@@ -189,8 +207,21 @@ impl Conquest {
         let _span = tracing::debug_span!("leaf", tile = tile.0).entered();
         let items = &block.store.items[points];
         let place = self.board.place(node);
-        let duplicates = self.options.duplicates;
-        let leaf = conquer(workspace, items, &block.store.attributes, duplicates, tile, place.cell);
+        let rule = DuplicateRule {
+            duplicates: self.options.duplicates,
+            first_end: self.first_end,
+        };
+        let its = self.of_tiles.lock().remove(&tile.0).unwrap_or_default();
+        let segments = LeafSegments {
+            all: &self.segments,
+            its: &its,
+        };
+        let attributes = &block.store.attributes;
+        let leaf = conquer(workspace, items, attributes, rule, tile, place.cell, segments);
+        let leaf = self.not_crossed(leaf)?;
+        if place.cell == Rect::PLANE {
+            self.check_root(&leaf.seam)?;
+        }
         let core = workspace.core.encode(tile, GENERATION, &workspace.buffers);
         let (vertices, settled) = (workspace.core.points.len(), workspace.core.triangles.len());
         {
@@ -199,11 +230,14 @@ impl Conquest {
             found.points_done += items.len() as u64;
             let of_block = &mut found.blocks[block.number as usize];
             of_block.duplicates += leaf.duplicates;
+            of_block.ends += leaf.ends;
+            of_block.held_triangles += leaf.seam.pending.held.len() as u64;
             count(&mut of_block.levels, vertices, settled, &leaf.seam);
             of_block.tiles[(tile.0 - of_block.first_tile) as usize] = TileState {
                 vertices: vertices as u32,
                 core_triangles: settled as u32,
                 bounds: leaf.bounds,
+                constraint_edges: leaf.constraint_edges,
                 ..TileState::default()
             };
         }
@@ -222,7 +256,11 @@ impl Conquest {
         let place = self.board.place(node);
         let vertices = seams.iter().map(|seam| seam.vertices.len()).sum();
         let bytes = seams.iter().map(Seam::byte_size).sum();
-        let (late, seam) = merge(workspace, seams, place.cell);
+        let merged = merge(workspace, seams, place.cell, &self.segments);
+        let (late, seam) = self.not_crossed(merged)?;
+        if place.cell == Rect::PLANE {
+            self.check_root(&seam)?;
+        }
         let appended = self.log.lock().append_triangles(&late);
         self.logged(appended)?;
         {
@@ -237,6 +275,25 @@ impl Conquest {
             }
         }
         self.hand_up(node, place, seam, bytes, sender)
+    }
+
+    fn not_crossed<T>(&self, constrained: Result<T, Crossed>) -> Result<T, Closed> {
+        constrained.map_err(|Crossed { piece, edge }| {
+            self.fail(BuildError::Crossing {
+                segment: piece,
+                other: edge,
+            });
+            Closed
+        })
+    }
+
+    /// At the root all constraints are in, unless there are no triangles to have them as edges.
+    fn check_root(&self, seam: &Seam) -> Result<(), Closed> {
+        if seam.pending.pieces.is_empty() {
+            return Ok(());
+        }
+        self.fail(BuildError::CollinearConstraints);
+        Err(Closed)
     }
 
     fn logged(&self, appended: std::io::Result<()>) -> Result<(), Closed> {

@@ -89,6 +89,18 @@ pub enum BuildError {
         /// Bytes allowed.
         budget: u64,
     },
+    /// Segments take too much of the memory.
+    #[error(
+        "{budget} MiB of memory are allowed, and with so many segments {needed} MiB are needed, since all are kept in memory; \
+         allow more",
+        needed = needed.div_ceil(1 << 20), budget = budget >> 20
+    )]
+    Segments {
+        /// Bytes needed at least.
+        needed: u64,
+        /// Bytes allowed.
+        budget: u64,
+    },
     /// Seams do not shrink as they should, so the root would not fit: points on a curve, say.
     #[error(
         "these points have so many neighbours across cells that merging takes about {needed} MiB of memory, and {budget} MiB \
@@ -100,6 +112,37 @@ pub enum BuildError {
         needed: u64,
         /// Bytes allowed.
         budget: u64,
+    },
+    /// Two segments cross where neither has a vertex.
+    #[error(
+        "the segment from ({}, {}) to ({}, {}) crosses the one from ({}, {}) to ({}, {}); let them meet in a point, or leave one \
+         out",
+        segment[0].x, segment[0].y, segment[1].x, segment[1].y, other[0].x, other[0].y, other[1].x, other[1].y
+    )]
+    Crossing {
+        /// A piece of a segment.
+        segment: [Point; 2],
+        /// A piece of the other.
+        other: [Point; 2],
+    },
+    /// All points lie on one line, so that there are no triangles to have the segments as edges.
+    #[error("all points lie on one line; segments between them cannot be kept in a file without triangles")]
+    CollinearConstraints,
+    /// The end of a segment is not a point.
+    #[error("an end of segment {segment} at ({}, {}) is no valid point", point.x, point.y)]
+    InvalidEnd {
+        /// The number of the segment, from 0.
+        segment: u64,
+        /// Its end.
+        point: Point,
+    },
+    /// A segment was to join a record that no point came of.
+    #[error("segment {segment} joins record {record}, and there is no point with that number")]
+    NoSuchRecord {
+        /// The number of the segment among those by records, from 0.
+        segment: u64,
+        /// The number.
+        record: u64,
     },
     /// There is not enough room on the disk.
     #[error(

@@ -2,12 +2,14 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
 use tokio::sync::{mpsc, oneshot};
 
 use super::budget::{self, Shares};
 use super::journal::SavedPlan;
+use super::options::DuplicateRule;
 use super::point_store::PointStore;
 use super::spill::{self, Limits, Plan, Spill, plan_blocks};
 use super::work_folder::WorkFolder;
@@ -70,6 +72,7 @@ impl Intake {
         sample: Vec<Point>,
         options: &Arc<BuildOptions>,
         folder: &Arc<WorkFolder>,
+        first_end: &Arc<AtomicU64>,
     ) -> Result<(), BuildError> {
         let Self::Memory(store) = self else { return Ok(()) };
         if sample.is_empty() || !store.items.is_empty() || budget::points_fit(options, points) {
@@ -79,7 +82,14 @@ impl Intake {
         let shares = budget::shares(options, points, false)?;
         let cells = points.saturating_mul(4).div_ceil(shares.block_points).min(1 << 16) as usize;
         let cells = cells.min(budget::most_cells(options.memory));
-        *self = Self::Spilling(Spilling::start(PointStore::default(), &sample, cells, options, folder)?);
+        *self = Self::Spilling(Spilling::start(
+            PointStore::default(),
+            &sample,
+            cells,
+            options,
+            folder,
+            first_end,
+        )?);
         Ok(())
     }
 
@@ -89,6 +99,7 @@ impl Intake {
         batch: &PointBatch,
         options: &Arc<BuildOptions>,
         folder: &Arc<WorkFolder>,
+        first_end: &Arc<AtomicU64>,
     ) -> Result<(), BuildError> {
         match self {
             Self::Resumed(_) => return Err(BuildError::PointsComplete),
@@ -107,7 +118,7 @@ impl Intake {
         let step = store.items.len().div_ceil(spill::SAMPLE).max(1);
         let sample: Vec<Point> = store.items.iter().step_by(step).map(|item| item.point).collect();
         let cells = budget::most_cells(options.memory);
-        let mut spilling = Spilling::start(store, &sample, cells, options, folder)?;
+        let mut spilling = Spilling::start(store, &sample, cells, options, folder, first_end)?;
         if !room {
             spilling.push(batch).await?;
         }
@@ -132,7 +143,9 @@ impl Spilling {
         cells: usize,
         options: &Arc<BuildOptions>,
         folder: &Arc<WorkFolder>,
+        first_end: &Arc<AtomicU64>,
     ) -> Result<Self, BuildError> {
+        let first_end = Arc::clone(first_end);
         let (batches, incoming) = mpsc::channel(BATCHES_AHEAD);
         let (reply, plan) = oneshot::channel::<Result<Plan, BuildError>>();
         let mut spill = Spill::new(folder.spill(), sample, cells, budget::run_buffers(options.memory), 0);
@@ -142,7 +155,7 @@ impl Spilling {
             let pushed = spill.push_store(&store);
             drop(store);
             let spilled = pushed.map_err(|error| cannot_spill(folder.spill(), error));
-            let plan = spilled.and_then(|()| distribute(spill, incoming, &options, || reply.is_closed()));
+            let plan = spilled.and_then(|()| distribute(spill, incoming, &options, &first_end, || reply.is_closed()));
             // Before the answer: whoever gets it may remove the folder.
             drop(folder);
             // If nobody waits for the answer any more, nobody needs it.
@@ -197,6 +210,7 @@ fn distribute(
     mut spill: Spill,
     mut incoming: mpsc::Receiver<PointBatch>,
     options: &BuildOptions,
+    first_end: &AtomicU64,
     is_abandoned: impl Fn() -> bool,
 ) -> Result<Plan, BuildError> {
     let folder = spill.folder().to_owned();
@@ -221,5 +235,9 @@ fn distribute(
         cells: budget::most_cells(options.memory),
         buffers: budget::run_buffers(options.memory),
     };
-    plan_blocks(spilled, &folder, limits, options.duplicates, &options.progress).map_err(cannot)
+    let rule = DuplicateRule {
+        duplicates: options.duplicates,
+        first_end: first_end.load(Ordering::Relaxed),
+    };
+    plan_blocks(spilled, &folder, limits, rule, &options.progress).map_err(cannot)
 }

@@ -14,6 +14,7 @@ use std::path::Path;
 
 use super::border_log::GroupChunks;
 use super::codec::{Decoder, Encoder};
+use super::constrain::Pending;
 use super::node::{Seam, SeamVertex};
 use super::spill::{Block, Plan, Run};
 use super::summary::LevelSummary;
@@ -148,8 +149,9 @@ pub(super) fn encode(block: &FinishedBlock, seam: &Seam) -> Vec<u8> {
         out.u32(tile.core_triangles);
         out.rect(tile.bounds);
     });
-    out.u64(found.duplicates);
-    out.u64(found.late_triangles);
+    for number in [found.duplicates, found.ends, found.late_triangles, found.held_triangles] {
+        out.u64(number);
+    }
     out.list(&found.levels, |out, level| {
         for number in [level.nodes, level.vertices, level.settled, level.seam_vertices] {
             out.u64(number);
@@ -209,7 +211,9 @@ fn decode(bytes: &[u8]) -> Option<(FinishedBlock, Seam)> {
             tree: take_tree(&mut from)?,
             tiles: from.list(tile)?,
             duplicates: from.u64()?,
+            ends: from.u64()?,
             late_triangles: from.u64()?,
+            held_triangles: from.u64()?,
             levels: from.list(level)?,
         },
         cores: from.list(take_extent)?,
@@ -220,6 +224,8 @@ fn decode(bytes: &[u8]) -> Option<(FinishedBlock, Seam)> {
         below: from.u64()?,
         vertices: from.list(vertex)?,
         unsettled: from.list(Decoder::u32)?.as_chunks().0.to_vec(),
+        // Builds with segments have no journal.
+        pending: Pending::default(),
     };
     from.end((block, seam))
 }

@@ -1,7 +1,8 @@
 //! Conquers a leaf: its points become the core of a tile and a seam.
 
+use super::constrain::{Crossed, Pending, constrain_leaf};
 use super::node::{Fate, Seam, SeamVertex, Workspace};
-use super::options::Duplicates;
+use super::options::DuplicateRule;
 use super::point_store::{Attributes, Item};
 use crate::geometry::{MortonSquare, Point, Rect};
 use crate::mesh::NONE;
@@ -13,6 +14,14 @@ pub(super) struct OpenSide {
     pub(super) from: u32,
     pub(super) to: u32,
     pub(super) side: u32,
+    pub(super) is_constraint: bool,
+}
+
+/// The segments of a build, and those of a leaf among them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LeafSegments<'a> {
+    pub(super) all: &'a [[Point; 2]],
+    pub(super) its: &'a [u32],
 }
 
 /// What a leaf gives beside its core.
@@ -23,11 +32,16 @@ pub(super) struct Leaf {
     pub(super) seam: Seam,
     /// Points that lay on another.
     pub(super) duplicates: u64,
+    /// Vertices that are ends of segments only.
+    pub(super) ends: u64,
+    /// Constraint edges between two triangles of the core.
+    pub(super) constraint_edges: u64,
 }
 
 /// Of all records of a leaf that lie on an earlier one, the first, and where: its earliest fellow, it, the place.
-pub(super) fn first_duplicate(items: &[Item], attributes: &Attributes) -> Option<([u64; 2], Point)> {
-    let mut places: Vec<(Point, u64)> = items.iter().map(|i| (i.point, attributes.record(i.position))).collect();
+pub(super) fn first_duplicate(items: &[Item], attributes: &Attributes, first_end: u64) -> Option<([u64; 2], Point)> {
+    let places = items.iter().map(|i| (i.point, attributes.record(i.position)));
+    let mut places: Vec<(Point, u64)> = places.filter(|(_, record)| *record < first_end).collect();
     places.sort_unstable_by(|a, b| a.0.lex_cmp(b.0).then(a.1.cmp(&b.1)));
     let groups = places.chunk_by(|a, b| a.0 == b.0);
     let second = groups.filter_map(|group| Some(([group[0].1, group.get(1)?.1], group[0].0)));
@@ -39,15 +53,16 @@ pub(super) fn conquer(
     workspace: &mut Workspace,
     items: &[Item],
     attributes: &Attributes,
-    duplicates: Duplicates,
+    rule: DuplicateRule,
     tile: TileId,
     cell: Rect,
-) -> Leaf {
+    segments: LeafSegments<'_>,
+) -> Result<Leaf, Crossed> {
     let kept = match items {
         // More points at one place than a tile may have vertices: there need not be memory to sort them.
         [first, rest @ ..] if rest.iter().all(|item| { item.point } == { first.point }) => {
             let best = rest.iter().fold(first, |best, item| {
-                if precedes(item, best, attributes, duplicates) {
+                if precedes(item, best, attributes, rule) {
                     item
                 } else {
                     best
@@ -55,7 +70,7 @@ pub(super) fn conquer(
             });
             vec![*best]
         }
-        _ => merge_duplicates(in_spatial_order(items), attributes, duplicates),
+        _ => merge_duplicates(in_spatial_order(items), attributes, rule),
     };
     let mut core = std::mem::take(&mut workspace.core);
     core.clear();
@@ -67,6 +82,12 @@ pub(super) fn conquer(
     }
     let points = &core.points;
     let (seam_vertices, unsettled) = workspace.run(points, cell, |_| true);
+    workspace.constraints.clear();
+    let pending = if segments.its.is_empty() {
+        Pending::default()
+    } else {
+        constrain_leaf(workspace, points, segments.all, segments.its, tile, cell == Rect::PLANE)?
+    };
     let seam_vertex = |index: u32| SeamVertex {
         id: VertexId { tile, index },
         point: points[index as usize],
@@ -75,16 +96,21 @@ pub(super) fn conquer(
         level: 1,
         below: points.len() as u64,
         unsettled,
+        pending,
         vertices: seam_vertices.into_iter().map(seam_vertex).collect(),
     };
+    let bounds = Rect::around(points.iter().copied());
+    let open_sides = core_triangles(workspace, &mut core);
     let leaf = Leaf {
-        bounds: Rect::around(points.iter().copied()),
-        open_sides: core_triangles(workspace, &mut core),
+        bounds,
+        open_sides,
         seam,
         duplicates: (items.len() - kept.len()) as u64,
+        ends: core.records.iter().filter(|&&record| record >= rule.first_end).count() as u64,
+        constraint_edges: constraints_within(&core),
     };
     workspace.core = core;
-    leaf
+    Ok(leaf)
 }
 
 /// Copies the settled triangles and their adjacency, and notes the sides where it ends.
@@ -105,6 +131,7 @@ fn core_triangles(workspace: &Workspace, core: &mut CoreDraft) -> Vec<OpenSide> 
             continue;
         }
         let corners = mesh.triangles[triangle as usize];
+        let bits = workspace.constraints.get(triangle as usize).copied().unwrap_or(0);
         let sides = [0, 1, 2].map(|s| 3 * triangle + s);
         let neighbours = sides.map(|side| match mesh.twin(side) {
             NONE => NONE,
@@ -118,12 +145,28 @@ fn core_triangles(workspace: &Workspace, core: &mut CoreDraft) -> Vec<OpenSide> 
                 from: corners[s],
                 to: corners[(s + 1) % 3],
                 side: 3 * core.triangles.len() as u32 + s as u32,
+                is_constraint: bits >> s & 1 == 1,
             });
+        }
+        if !workspace.constraints.is_empty() {
+            core.constraints.push(bits);
         }
         core.triangles.push(corners);
         core.neighbours.push(neighbours);
     }
     open_sides
+}
+
+/// Constraint edges with triangles of the core on both sides.
+fn constraints_within(core: &CoreDraft) -> u64 {
+    let sides = core.neighbours.iter().zip(&core.constraints).zip((0u32..).step_by(3));
+    let edges = sides.map(|((neighbours, bits), first)| {
+        let twins = (first..).zip(neighbours).zip(0..);
+        twins
+            .filter(|&((side, &twin), s)| bits >> s & 1 == 1 && twin != NONE && side < twin)
+            .count() as u64
+    });
+    edges.sum()
 }
 
 /// The items along a space-filling curve, so that what lies close together stands close together in the tile; items at one
@@ -151,7 +194,7 @@ fn in_spatial_order(items: &[Item]) -> Vec<Item> {
 }
 
 /// One item for each place; items at one place must stand side by side.
-fn merge_duplicates(mut items: Vec<Item>, attributes: &Attributes, rule: Duplicates) -> Vec<Item> {
+fn merge_duplicates(mut items: Vec<Item>, attributes: &Attributes, rule: DuplicateRule) -> Vec<Item> {
     items.dedup_by(|next, kept| {
         let equal = { next.point } == { kept.point };
         if equal && precedes(next, kept, attributes, rule) {
@@ -163,7 +206,7 @@ fn merge_duplicates(mut items: Vec<Item>, attributes: &Attributes, rule: Duplica
 }
 
 /// Whether `a` is kept rather than `b`.
-fn precedes(a: &Item, b: &Item, attributes: &Attributes, rule: Duplicates) -> bool {
+fn precedes(a: &Item, b: &Item, attributes: &Attributes, rule: DuplicateRule) -> bool {
     let of = |item: &Item| (attributes.z(item.position), attributes.record(item.position));
     rule.prefers(of(a), of(b))
 }

@@ -4,12 +4,22 @@
 //! triangles of the whole and of the seams alone are the same.
 
 use super::border_log::LateTriangle;
+use super::constrain::{Crossed, Pending, constrain_node};
 use super::node::{Fate, Seam, SeamVertex, Workspace};
 use crate::geometry::{Point, Rect};
 use crate::mesh::smallest_first;
 
 /// Triangulates the seams together. Returns the triangles that are final now, and the seam of the whole.
-pub(super) fn merge(workspace: &mut Workspace, seams: Vec<Seam>, cell: Rect) -> (Vec<LateTriangle>, Seam) {
+pub(super) fn merge(
+    workspace: &mut Workspace,
+    mut seams: Vec<Seam>,
+    cell: Rect,
+    segments: &[[Point; 2]],
+) -> Result<(Vec<LateTriangle>, Seam), Crossed> {
+    let mut pending: Vec<Pending> = Vec::new();
+    for seam in &mut seams {
+        pending.push(std::mem::take(&mut seam.pending));
+    }
     let vertices: Vec<SeamVertex> = seams.iter().flat_map(|seam| &seam.vertices).copied().collect();
     let points: Vec<Point> = vertices.iter().map(|v| v.point).collect();
     let mut child_of = Vec::with_capacity(points.len());
@@ -32,19 +42,23 @@ pub(super) fn merge(workspace: &mut Workspace, seams: Vec<Seam>, cell: Rect) -> 
     let (seam_vertices, triangles) = workspace.run(&points, cell, |t| {
         crosses(t) || unsettled.binary_search(&smallest_first(t)).is_ok()
     });
-    let fates = workspace.mesh.triangles.iter().zip(&workspace.fates);
-    let late = fates
-        .filter(|(_, fate)| **fate == Fate::Settled)
-        .map(|(t, _)| LateTriangle {
+    let (late, pending) = if pending.iter().all(|pending| *pending == Pending::default()) {
+        let fates = workspace.mesh.triangles.iter().zip(&workspace.fates);
+        let settled = fates.filter(|(_, fate)| **fate == Fate::Settled);
+        let late = settled.map(|(t, _)| LateTriangle {
             corners: t.map(|v| vertices[v as usize]),
             constraints: 0,
-        })
-        .collect();
+        });
+        (late.collect(), Pending::default())
+    } else {
+        constrain_node(workspace, &vertices, pending, segments, cell == Rect::PLANE)?
+    };
     let seam = Seam {
+        pending,
         vertices: seam_vertices.iter().map(|&v| vertices[v as usize]).collect(),
         unsettled: triangles,
         below,
         level,
     };
-    (late, seam)
+    Ok((late, seam))
 }

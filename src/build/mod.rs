@@ -19,6 +19,7 @@ mod budget;
 mod builder;
 mod codec;
 mod conquest;
+mod constrain;
 mod divide;
 mod error;
 mod growth;
@@ -34,6 +35,7 @@ mod pipeline;
 mod point_store;
 mod prefetch;
 mod schedule;
+mod segments;
 mod spill;
 mod summary;
 mod work_folder;
@@ -70,7 +72,9 @@ struct BlockFound {
     tree: KdTree,
     tiles: Vec<TileState>,
     duplicates: u64,
+    ends: u64,
     late_triangles: u64,
+    held_triangles: u64,
     levels: Vec<LevelSummary>,
 }
 
@@ -88,6 +92,7 @@ struct TileState {
     border_triangles: u32,
     owned_triangles: u32,
     bounds: Rect,
+    constraint_edges: u64,
 }
 
 impl Default for TileState {
@@ -97,6 +102,7 @@ impl Default for TileState {
             core_triangles: 0,
             border_triangles: 0,
             owned_triangles: 0,
+            constraint_edges: 0,
             bounds: Rect::EMPTY,
         }
     }

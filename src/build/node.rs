@@ -4,9 +4,10 @@
 //! vertices that the levels above need. A triangle is settled if its closed circumdisc lies strictly inside the cell, so
 //! that no vertex of another cell can remove it. (Wu, section 3.3, calls it safe.)
 
+use super::constrain::Pending;
 use crate::geometry::{Point, Rect, disc_strictly_inside};
 use crate::io::Buffers;
-use crate::mesh::{Engine, Triangulation, smallest_first};
+use crate::mesh::{Engine, Inserter, Triangulation, smallest_first};
 use crate::store::{CoreDraft, VertexId};
 
 /// What a node hands to its parent.
@@ -20,12 +21,15 @@ pub(super) struct Seam {
     pub(super) level: usize,
     /// The vertices of all tiles of the node.
     pub(super) below: u64,
+    /// What is to become of constraints.
+    pub(super) pending: Pending,
 }
 
 impl Seam {
     /// Bytes that it takes in memory.
     pub(super) fn byte_size(&self) -> u64 {
-        (self.vertices.len() * size_of::<SeamVertex>() + self.unsettled.len() * 12) as u64
+        let own = self.vertices.len() * size_of::<SeamVertex>() + self.unsettled.len() * 12;
+        own as u64 + self.pending.byte_size()
     }
 }
 
@@ -43,6 +47,9 @@ pub(super) struct Workspace {
     pub(super) fates: Vec<Fate>,
     /// For each point its place in the seam, or [`u32::MAX`].
     in_seam: Vec<u32>,
+    pub(super) inserter: Inserter,
+    /// For each triangle of a leaf's mesh a bit for each side that is a constraint; or nothing.
+    pub(super) constraints: Vec<u8>,
     /// The core of the leaf that was conquered last.
     pub(super) core: CoreDraft,
     /// For what cores are encoded in.
@@ -58,6 +65,8 @@ pub(super) enum Fate {
     Settled,
     /// Up to the levels above.
     Unsettled,
+    /// Final, but a piece crosses it that is not in yet: up too.
+    Held,
 }
 
 impl Workspace {
@@ -67,6 +76,8 @@ impl Workspace {
             mesh: Triangulation::default(),
             fates: Vec::new(),
             in_seam: Vec::new(),
+            inserter: Inserter::default(),
+            constraints: Vec::new(),
             core: CoreDraft::default(),
             buffers,
         }

@@ -116,6 +116,24 @@ pub enum Duplicates {
     Error,
 }
 
+/// Which of several points at one place is kept.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DuplicateRule {
+    pub(super) duplicates: Duplicates,
+    /// From this record number on points are ends of segments, which give way to others.
+    pub(super) first_end: u64,
+}
+
+impl DuplicateRule {
+    /// Whether of two points, each with its z and record number, the first is kept.
+    pub(super) fn prefers(self, a: (f64, u64), b: (f64, u64)) -> bool {
+        match (a.1 >= self.first_end, b.1 >= self.first_end) {
+            (false, false) => self.duplicates.prefers(a, b),
+            _ => a.1 < b.1,
+        }
+    }
+}
+
 impl Duplicates {
     const NAMES: [(Self, &'static str); 4] = [
         (Self::First, "first"),

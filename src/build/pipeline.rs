@@ -102,6 +102,7 @@ fn write_borders(
                 let border = assemble(tile, state.vertices, state.core_triangles, &sides, late);
                 state.border_triangles = border.draft.triangles.len() as u32;
                 state.owned_triangles = state.core_triangles + border.owned;
+                state.constraint_edges += border.constraint_edges;
                 state.bounds = state.bounds.union(border.bounds);
                 if borders
                     .put(number, border.draft.encode(tile, GENERATION, &buffers))

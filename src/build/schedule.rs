@@ -290,6 +290,11 @@ impl Board {
         Some(task)
     }
 
+    /// The cell of a block.
+    pub(super) fn block_cell(&self, block: u32) -> Rect {
+        self.state.lock().nodes[self.block_nodes[block as usize] as usize].cell
+    }
+
     /// Where a node belongs.
     pub(super) fn place(&self, node: u32) -> Place {
         let state = self.state.lock();

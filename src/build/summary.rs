@@ -19,6 +19,12 @@ pub struct BuildSummary {
     pub border_triangles: u64,
     /// Edges with a triangle on one side only.
     pub hull_edges: u64,
+    /// Vertices that are ends of segments, and no points that came in.
+    pub ends: u64,
+    /// Edges that are constraints.
+    pub constraint_edges: u64,
+    /// Triangles that were final in their tile, but went up, since a segment crosses them that goes on in other tiles.
+    pub held_triangles: u64,
     /// Tiles of the file.
     pub tiles: u64,
     /// Bytes of the file.

@@ -97,6 +97,28 @@ pub enum InputError {
         /// What was found.
         found: String,
     },
+    /// The name does not tell the format of a file with segments.
+    #[error(
+        "{}: the name does not tell how segments are written in it; use one of the suffixes .geojson .json .geojsonl .csv .tsv .txt \
+         (and .gz after any of these), .u32 .u64",
+        path.display()
+    )]
+    UnknownSegments {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A record is no segment.
+    #[error("{}: segment {segment} ({place}): {found}", path.display())]
+    Segment {
+        /// The file.
+        path: PathBuf,
+        /// The number of the segment, over all inputs.
+        segment: u64,
+        /// Where in the file.
+        place: Place,
+        /// What was found.
+        found: String,
+    },
     /// The file's structure is broken: no record of its own is to blame, and none can be passed over.
     #[error("{}: {}{problem}; {hint}", path.display(), place.prefix())]
     Malformed {

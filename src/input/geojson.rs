@@ -69,7 +69,7 @@ struct Object {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
+pub(super) enum Kind {
     FeatureCollection,
     Feature,
     GeometryCollection,
@@ -109,9 +109,19 @@ impl Kind {
     }
 }
 
+/// What comes next in a document.
+#[derive(Clone, Copy)]
+pub(super) enum Event {
+    Position(Position),
+    /// A line or a ring is at its end, if the geometry has any.
+    LineEnd,
+    /// A geometry with coordinates is at its end.
+    Geometry(Kind),
+}
+
 /// A position, good or not.
 #[derive(Clone, Copy, Default)]
-struct Position {
+pub(super) struct Position {
     values: [f64; 3],
     /// Its elements, more than three too.
     length: usize,
@@ -121,17 +131,27 @@ struct Position {
 }
 
 impl Position {
-    fn put(self, sink: &mut Sink<'_>) -> Result<(), InputError> {
-        let place = || Place::Byte(self.offset);
+    /// Its coordinates, or what is wrong with it.
+    pub(super) fn coordinates(self) -> Result<(f64, f64, Option<f64>), String> {
         let [x, y, z] = self.values;
         if self.strange {
-            sink.invalid(place, || "an element of the position is not a number".to_owned())
+            Err("an element of the position is not a number".to_owned())
         } else if self.length < 2 {
-            sink.invalid(place, || {
-                format!("the position has {} of at least 2 elements", self.length)
-            })
+            Err(format!("the position has {} of at least 2 elements", self.length))
         } else {
-            sink.point(x, y, (self.length > 2).then_some(z), place)
+            Ok((x, y, (self.length > 2).then_some(z)))
+        }
+    }
+
+    /// Where it stands.
+    pub(super) fn place(self) -> Place {
+        Place::Byte(self.offset)
+    }
+
+    fn put(self, sink: &mut Sink<'_>) -> Result<(), InputError> {
+        match self.coordinates() {
+            Ok((x, y, z)) => sink.point(x, y, z, || self.place()),
+            Err(found) => sink.invalid(|| self.place(), || found),
         }
     }
 }
@@ -162,6 +182,12 @@ impl GeoJson {
             return Err(this.json.malformed("the file is empty".to_owned(), HINT));
         }
         this.enter(Role::Root)?;
+        Ok(this)
+    }
+
+    /// A reader of points, which has looked at the first one.
+    pub fn of_points(input: ByteInput) -> Result<Self, InputError> {
+        let mut this = Self::new(input)?;
         this.first = this.next_position()?;
         this.has_z = this.first.is_some_and(|position| position.length > 2);
         Ok(this)
@@ -195,9 +221,20 @@ impl GeoJson {
     /// The next position; `None` at the end of the file.
     fn next_position(&mut self) -> Result<Option<Position>, InputError> {
         loop {
+            match self.next_event()? {
+                Some(Event::Position(position)) => return Ok(Some(position)),
+                Some(Event::LineEnd | Event::Geometry(_)) => {}
+                None => return Ok(None),
+            }
+        }
+    }
+
+    /// What comes next; `None` at the end of the file.
+    pub(super) fn next_event(&mut self) -> Result<Option<Event>, InputError> {
+        loop {
             if self.level > 0 {
-                if let Some(position) = self.coordinate()? {
-                    return Ok(Some(position));
+                if let Some(event) = self.coordinate()? {
+                    return Ok(Some(event));
                 }
                 continue;
             }
@@ -208,10 +245,15 @@ impl GeoJson {
                 Some(Frame::Geometries) if has_next => self.enter(Role::Geometry)?,
                 None if has_next => self.enter(Role::Root)?,
                 Some(Frame::Object(_)) => {
+                    let mut geometry = None;
                     if let Some(Frame::Object(object)) = self.open.pop() {
                         self.leave(&object)?;
+                        geometry = object.kind.filter(|_| object.coordinates);
                     }
                     self.json.end_object()?;
+                    if let Some(kind) = geometry {
+                        return Ok(Some(Event::Geometry(kind)));
+                    }
                 }
                 Some(Frame::Features | Frame::Geometries) => {
                     self.open.pop();
@@ -296,17 +338,22 @@ impl GeoJson {
         self.json.begin_array()
     }
 
-    /// A piece within `coordinates`; gives the position that it ends.
-    fn coordinate(&mut self) -> Result<Option<Position>, InputError> {
+    /// A piece within `coordinates`; gives the position, or the line, that it ends.
+    fn coordinate(&mut self) -> Result<Option<Event>, InputError> {
         let Some(Frame::Object(object)) = self.open.last_mut() else {
             return Ok(None);
         };
         let in_position = object.level == Some(self.level);
         if !self.json.has_next()? {
             object.arrays[self.level] += 1;
+            let ends_line = object.level == Some(self.level + 1);
             self.level -= 1;
             self.json.end_array()?;
-            return Ok(in_position.then_some(self.position));
+            return Ok(match (in_position, ends_line) {
+                (true, _) => Some(Event::Position(self.position)),
+                (_, true) => Some(Event::LineEnd),
+                _ => None,
+            });
         }
         match self.json.peek()? {
             ValueType::Array if in_position || self.level == LEVELS => {

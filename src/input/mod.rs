@@ -51,6 +51,7 @@ mod reader;
 #[cfg(feature = "text")]
 mod rows;
 mod sample;
+mod segments;
 mod sink;
 mod source;
 #[cfg(feature = "text")]
@@ -58,6 +59,7 @@ mod text;
 
 pub use error::{InputError, Place};
 pub use options::{Column, Columns, Format, InputOptions, Returns};
+pub use segments::{SegmentBatch, SegmentSource};
 pub use sink::InputCounts;
 pub use source::PointSource;
 

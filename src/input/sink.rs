@@ -124,7 +124,7 @@ impl Sink<'_> {
 }
 
 /// What is wrong with coordinates of which at least one is not valid.
-fn describe(x: f64, y: f64, z: Option<f64>) -> String {
+pub(super) fn describe(x: f64, y: f64, z: Option<f64>) -> String {
     let (name, value) = if !Point::new(x, 0.0).is_valid() {
         ("x", x)
     } else if !Point::new(0.0, y).is_valid() {

@@ -413,7 +413,7 @@ fn stream_reader(format: Format, input: ByteInput, options: &InputOptions) -> Re
         #[cfg(feature = "text")]
         Format::Text => Ok(Box::new(super::text::Text::new(input, options)?)),
         #[cfg(feature = "geojson")]
-        Format::GeoJson => Ok(Box::new(super::geojson::GeoJson::new(input)?)),
+        Format::GeoJson => Ok(Box::new(super::geojson::GeoJson::of_points(input)?)),
         #[cfg(feature = "las")]
         Format::Las => Err(super::las::no_stream(&input.path)),
         #[cfg(not(all(feature = "text", feature = "geojson", feature = "las")))]

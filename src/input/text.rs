@@ -173,7 +173,7 @@ impl Layout {
 }
 
 /// Whether a field may be a column's name: it neither is nor begins like a number.
-fn is_name(field: &[u8]) -> bool {
+pub(super) fn is_name(field: &[u8]) -> bool {
     let digits = field.trim_ascii_start();
     let digits = digits
         .strip_prefix(b"-")
@@ -218,7 +218,7 @@ fn header_layout(fields: &[&[u8]], columns: Option<&Columns>) -> Result<Layout, 
 }
 
 /// The delimiter that the first rows tell.
-fn find_delimiter(sample: &Sample) -> u8 {
+pub(super) fn find_delimiter(sample: &Sample) -> u8 {
     let in_most = |delimiter: &u8| {
         let mut rows = Rows::new(sample.lines(), *delimiter);
         let (mut with, mut without) = (0, 0);

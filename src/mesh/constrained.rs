@@ -17,6 +17,8 @@
 //!
 //! As many triangles come out as go in, so they keep their places in the arrays.
 
+use std::collections::HashMap;
+
 use super::cavity::Cavity;
 use super::{NONE, Triangulation, next_side, prev_side};
 use crate::geometry::{Orientation, Point, orient2d};
@@ -32,6 +34,9 @@ pub struct Constrained {
     fixed: Vec<u8>,
     /// A side that starts at each point.
     sides: Vec<u32>,
+    /// For each point on the boundary, the ends of the boundary edges that leave it with the triangles on their left, and
+    /// the sides of these. There is more than one where parts are missing.
+    boundary: HashMap<u32, Vec<(u32, u32)>>,
     /// Without triangles: for each point of the hull, whether the edge to the next is a constraint, and its place there.
     line: Vec<bool>,
     places: Vec<u32>,
@@ -91,6 +96,17 @@ enum Across {
     Chain(u32),
 }
 
+/// Where the line from a vertex goes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Step {
+    /// Along the edge of this side, to this vertex.
+    Edge(u32, u32),
+    /// Through triangles, to this vertex on the line.
+    Triangles(u32),
+    /// Through triangles, or none, to where there are no more.
+    Out,
+}
+
 /// How a piece leaves a vertex.
 #[derive(Clone, Copy, Debug)]
 enum Start {
@@ -104,8 +120,16 @@ impl Constrained {
     /// Takes a triangulation of so many points, none of whose edges is a constraint.
     #[must_use]
     pub fn new(mesh: Triangulation, points: usize) -> Self {
+        let fixed = vec![0; mesh.triangles.len()];
+        Self::with_constraints(mesh, fixed, points)
+    }
+
+    /// Takes triangles of so many points, which may be parts of a triangulation, and for each a bit for each side that is a
+    /// constraint.
+    pub(crate) fn with_constraints(mesh: Triangulation, fixed: Vec<u8>, points: usize) -> Self {
         let mut this = Self {
-            fixed: vec![0; mesh.triangles.len()],
+            fixed,
+            sides: vec![NONE; points],
             ..Self::default()
         };
         if mesh.triangles.is_empty() {
@@ -115,9 +139,13 @@ impl Constrained {
                 this.places[point as usize] = place;
             }
         } else {
-            this.sides = vec![NONE; points];
             for (&point, side) in mesh.triangles.as_flattened().iter().zip(0..) {
                 this.sides[point as usize] = side;
+            }
+            let sides = 0..3 * mesh.triangles.len() as u32;
+            for side in sides.filter(|&side| mesh.twin(side) == NONE) {
+                let [from, to] = [side, next_side(side)].map(|side| mesh.origin(side));
+                this.boundary.entry(from).or_default().push((to, side));
             }
         }
         this.mesh = mesh;
@@ -147,11 +175,31 @@ impl Constrained {
         edges.chain(pairs.filter(|(_, fixed)| **fixed).map(|(pair, _)| [pair[0], pair[1]]))
     }
 
-    fn fix(&mut self, side: u32) {
+    /// A bit for each side of a triangle that is a constraint.
+    pub(crate) fn constraint_bits(&self, triangle: u32) -> u8 {
+        self.fixed[triangle as usize]
+    }
+
+    /// The triangles, and for each a bit for each side that is a constraint.
+    pub(crate) fn into_parts(self) -> (Triangulation, Vec<u8>) {
+        (self.mesh, self.fixed)
+    }
+
+    /// Makes the edge of a side a constraint.
+    pub(crate) fn fix(&mut self, side: u32) {
         for side in [side, self.mesh.twin(side)] {
             if side != NONE {
                 self.fixed[(side / 3) as usize] |= 1 << (side % 3);
             }
+        }
+    }
+
+    /// A boundary edge belongs to this side now.
+    fn move_boundary(&mut self, side: u32) {
+        let [from, to] = [side, next_side(side)].map(|side| self.mesh.origin(side));
+        let mut edges = self.boundary.get_mut(&from).into_iter().flatten();
+        if let Some(edge) = edges.find(|edge| edge.0 == to) {
+            edge.1 = side;
         }
     }
 
@@ -175,63 +223,147 @@ impl Inserter {
         }
         let mut ends = segment;
         while ends[0] != ends[1] {
-            let (which, start) = begin(points, mesh, ends);
-            ends[which] = match start {
-                Start::Edge(side, vertex) => {
+            let (which, step) = self
+                .step_between(points, mesh, ends)
+                .map_err(|edge| Crossing { segment, edge })?;
+            ends[which] = match step {
+                Step::Edge(side, vertex) => {
                     mesh.fix(side);
                     vertex
                 }
-                Start::Triangle(side) => {
-                    let crossing = |edge| Crossing { segment, edge };
-                    let end = self.walk(points, mesh, side, ends[1 - which]).map_err(crossing)?;
+                Step::Triangles(vertex) => {
                     self.replace(points, mesh);
-                    end
+                    vertex
                 }
+                Step::Out => unreachable!("a triangulation has no gaps between its points"),
             };
         }
         Ok(())
     }
 
-    /// Walks from the origin of a side through its triangle towards `to`, and collects what is crossed up to the next vertex
-    /// on the line, which it returns; or the constraint in its way.
-    fn walk(&mut self, points: &[Point], mesh: &Constrained, start: u32, to: u32) -> Result<u32, [u32; 2]> {
-        let topology = &mesh.mesh;
-        let from = topology.origin(start);
-        let [a, b] = [from, to].map(|vertex| points[vertex as usize]);
-        self.crossed.clear();
-        self.crossed.push(start / 3);
-        let mut gate = next_side(start);
-        self.right.begin(from, topology.origin(gate), start);
-        self.left
-            .begin(from, topology.origin(next_side(gate)), prev_side(start));
-        loop {
-            if mesh.is_constraint(gate) {
-                return Err([topology.origin(gate), topology.origin(next_side(gate))]);
+    /// The first step from one of two vertices to the other, and which it starts from: whichever has fewer edges, since
+    /// thousands of segments may share one end. Or the constraint in its way.
+    pub(crate) fn step_between(
+        &mut self,
+        points: &[Point],
+        mesh: &Constrained,
+        ends: [u32; 2],
+    ) -> Result<(usize, Step), [u32; 2]> {
+        let Some((which, start)) = begin(points, mesh, ends) else {
+            self.crossed.clear();
+            return Ok((0, Step::Out));
+        };
+        let to = points[ends[1 - which] as usize];
+        Ok((which, self.follow(points, mesh, start, to)?))
+    }
+
+    /// The first step from a vertex towards another place. Or the constraint in its way.
+    pub(crate) fn step(
+        &mut self,
+        points: &[Point],
+        mesh: &Constrained,
+        from: u32,
+        to: Point,
+    ) -> Result<Step, [u32; 2]> {
+        let mut search = Around::new(mesh, from);
+        while let Some(side) = search.next(mesh) {
+            if let Some(start) = leaves_by(points, mesh, side, to) {
+                return self.follow(points, mesh, start, to);
             }
-            let twin = topology.twin(gate);
-            let apex = topology.origin(prev_side(twin));
-            self.crossed.push(twin / 3);
-            let (left, right) = (prev_side(twin), next_side(twin));
-            match orient2d(a, b, points[apex as usize]) {
+        }
+        self.crossed.clear();
+        Ok(Step::Out)
+    }
+
+    /// The first step of a line that comes in by a boundary edge. None: it does not. Or the constraint in its way.
+    pub(crate) fn enter(
+        &mut self,
+        points: &[Point],
+        mesh: &Constrained,
+        [a, b]: [Point; 2],
+    ) -> Result<Option<Step>, [u32; 2]> {
+        let enters = |from: u32, to: u32| {
+            let [p, q] = [from, to].map(|vertex| points[vertex as usize]);
+            orient2d(p, q, a) == Orientation::Clockwise
+                && orient2d(p, q, b) == Orientation::CounterClockwise
+                && orient2d(a, b, p) == Orientation::CounterClockwise
+                && orient2d(a, b, q) == Orientation::Clockwise
+        };
+        let mut edges = mesh
+            .boundary
+            .iter()
+            .flat_map(|(&from, edges)| edges.iter().map(move |&(to, side)| (from, to, side)));
+        let Some((from, to, side)) = edges.find(|&(from, to, _)| enters(from, to)) else {
+            return Ok(None);
+        };
+        if mesh.is_constraint(side) {
+            return Err([from, to]);
+        }
+        self.crossed.clear();
+        self.walk(points, mesh, side, [a, b]).map(Some)
+    }
+
+    /// The triangles that the last step crossed.
+    pub(crate) fn crossed(&self) -> &[u32] {
+        &self.crossed
+    }
+
+    /// Follows a line from the origin of a side.
+    fn follow(&mut self, points: &[Point], mesh: &Constrained, start: Start, to: Point) -> Result<Step, [u32; 2]> {
+        let side = match start {
+            Start::Edge(side, vertex) => return Ok(Step::Edge(side, vertex)),
+            Start::Triangle(side) => side,
+        };
+        let topology = &mesh.mesh;
+        let from = topology.origin(side);
+        let gate = next_side(side);
+        self.crossed.clear();
+        self.crossed.push(side / 3);
+        self.right.begin(from, topology.origin(gate), side);
+        self.left.begin(from, topology.origin(next_side(gate)), prev_side(side));
+        match pass(mesh, gate)? {
+            NONE => Ok(Step::Out),
+            entered => self.walk(points, mesh, entered, [points[from as usize], to]),
+        }
+    }
+
+    /// Walks along a line from the side by which it enters a triangle, and collects what is crossed up to the next vertex on
+    /// the line.
+    fn walk(
+        &mut self,
+        points: &[Point],
+        mesh: &Constrained,
+        mut entered: u32,
+        [a, b]: [Point; 2],
+    ) -> Result<Step, [u32; 2]> {
+        loop {
+            let apex = mesh.mesh.origin(prev_side(entered));
+            self.crossed.push(entered / 3);
+            let (left, right) = (prev_side(entered), next_side(entered));
+            let gate = match orient2d(a, b, points[apex as usize]) {
                 Orientation::CounterClockwise => {
                     self.left.push(apex, left);
-                    gate = right;
+                    right
                 }
                 Orientation::Clockwise => {
                     self.right.push(apex, right);
-                    gate = left;
+                    left
                 }
                 Orientation::Collinear => {
                     self.left.push(apex, left);
                     self.right.push(apex, right);
-                    return Ok(apex);
+                    return Ok(Step::Triangles(apex));
                 }
+            };
+            entered = pass(mesh, gate)?;
+            if entered == NONE {
+                return Ok(Step::Out);
             }
         }
     }
 
-    /// Triangulates both sides of the piece that was walked along, in place of the triangles that it crosses.
-    fn replace(&mut self, points: &[Point], mesh: &mut Constrained) {
+    /// Triangulates both sides of the piece of the last step, which went through triangles to a vertex, in place of the triangles that it crosses.
+    pub(crate) fn replace(&mut self, points: &[Point], mesh: &mut Constrained) {
         for &triangle in &self.crossed {
             mesh.fixed[triangle as usize] |= CROSSED;
         }
@@ -316,7 +448,9 @@ fn fill(mesh: &mut Constrained, chain: &Chain, places: &[u32], cavity: &Cavity) 
         match across {
             Across::Side(other) => {
                 mesh.set_neighbour(side, other);
-                if other != NONE {
+                if other == NONE {
+                    mesh.move_boundary(side);
+                } else {
                     mesh.set_neighbour(other, side);
                 }
             }
@@ -329,31 +463,36 @@ fn fill(mesh: &mut Constrained, chain: &Chain, places: &[u32], cavity: &Cavity) 
     sides.next().expect("one side more than edges of the chain")
 }
 
-/// Finds how the line between two vertices leaves one of them, and which. Both are searched in turns, so that it takes as
-/// long as the one with fewer edges: thousands of segments may share one end.
-fn begin(points: &[Point], mesh: &Constrained, ends: [u32; 2]) -> (usize, Start) {
-    let mut searches = ends.map(|vertex| Around::new(mesh, vertex));
-    for which in [0, 1].into_iter().cycle() {
-        let Some(side) = searches[which].next(mesh) else {
-            assert!(
-                searches[1 - which].next != NONE,
-                "the triangles around a vertex leave a gap"
-            );
-            continue;
-        };
-        if let Some(start) = leaves_by(points, mesh, side, ends[1 - which]) {
-            return (which, start);
-        }
+/// The side behind a gate, unless that is a constraint.
+fn pass(mesh: &Constrained, gate: u32) -> Result<u32, [u32; 2]> {
+    if mesh.is_constraint(gate) {
+        return Err([gate, next_side(gate)].map(|side| mesh.mesh.origin(side)));
     }
-    unreachable!("a cycle does not end")
+    Ok(mesh.mesh.twin(gate))
 }
 
-/// How the line from the origin of a side to another vertex leaves it, if by the side's triangle.
-fn leaves_by(points: &[Point], mesh: &Constrained, side: u32, to: u32) -> Option<Start> {
+/// Finds how the line between two vertices leaves one of them, and which. Both are searched in turns, so that it takes as
+/// long as the one with fewer edges. None: no triangle at either is on it.
+fn begin(points: &[Point], mesh: &Constrained, ends: [u32; 2]) -> Option<(usize, Start)> {
+    let mut searches = ends.map(|vertex| Around::new(mesh, vertex));
+    while searches.iter().any(|search| search.next != NONE) {
+        for which in [0, 1] {
+            let found = searches[which]
+                .next(mesh)
+                .and_then(|side| leaves_by(points, mesh, side, points[ends[1 - which] as usize]));
+            if let Some(start) = found {
+                return Some((which, start));
+            }
+        }
+    }
+    None
+}
+
+/// How the line from the origin of a side to another place leaves it, if by the side's triangle.
+fn leaves_by(points: &[Point], mesh: &Constrained, side: u32, to: Point) -> Option<Start> {
     let topology = &mesh.mesh;
     let corners = [side, next_side(side), prev_side(side)].map(|side| topology.origin(side));
     let [from, right, left] = corners.map(|vertex| points[vertex as usize]);
-    let to = points[to as usize];
     let is_ahead = |p: Point| p.lex_cmp(from) == to.lex_cmp(from);
     match (orient2d(from, right, to), orient2d(from, left, to)) {
         (Orientation::Collinear, _) if is_ahead(right) => Some(Start::Edge(side, corners[1])),
@@ -363,46 +502,47 @@ fn leaves_by(points: &[Point], mesh: &Constrained, side: u32, to: u32) -> Option
     }
 }
 
-/// The sides that start at a vertex: counter-clockwise, and from the hull on the other way round.
+/// The sides that start at a vertex, counter-clockwise; one fan after the other where parts are missing.
 #[derive(Clone, Copy, Debug)]
 struct Around {
+    vertex: u32,
     first: u32,
     next: u32,
-    backwards: bool,
+    /// Fans that were begun, of a vertex on the boundary.
+    fans: usize,
 }
 
 impl Around {
     fn new(mesh: &Constrained, vertex: u32) -> Self {
-        let first = mesh.sides[vertex as usize];
-        Self {
-            first,
-            next: first,
-            backwards: false,
+        let mut this = Self {
+            vertex,
+            first: mesh.sides[vertex as usize],
+            next: mesh.sides[vertex as usize],
+            fans: 0,
+        };
+        if mesh.boundary.contains_key(&vertex) {
+            this.next_fan(mesh);
         }
+        this
+    }
+
+    fn next_fan(&mut self, mesh: &Constrained) {
+        let fan = mesh.boundary.get(&self.vertex).and_then(|fans| fans.get(self.fans));
+        self.next = fan.map_or(NONE, |&(_, side)| side);
+        self.first = self.next;
+        self.fans += 1;
     }
 
     fn next(&mut self, mesh: &Constrained) -> Option<u32> {
-        let topology = &mesh.mesh;
-        let clockwise = |side| match topology.twin(side) {
-            NONE => NONE,
-            twin => next_side(twin),
-        };
         let side = self.next;
         if side == NONE {
             return None;
         }
-        self.next = if self.backwards {
-            clockwise(side)
-        } else {
-            match topology.twin(prev_side(side)) {
-                NONE => {
-                    self.backwards = true;
-                    clockwise(self.first)
-                }
-                twin if twin == self.first => NONE,
-                twin => twin,
-            }
-        };
+        match mesh.mesh.twin(prev_side(side)) {
+            NONE => self.next_fan(mesh),
+            twin if twin == self.first => self.next = NONE,
+            twin => self.next = twin,
+        }
         Some(side)
     }
 }

@@ -12,6 +12,7 @@ mod engine;
 mod spade_engine;
 mod triangulation;
 
+pub(crate) use constrained::Step;
 pub use constrained::{Constrained, Crossing, Inserter};
 pub use engine::{Engine, EngineKind, UnknownEngine};
 pub(crate) use triangulation::smallest_first;

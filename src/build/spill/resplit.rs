@@ -8,7 +8,7 @@ use std::path::Path;
 use super::plan::{Block, Plan};
 use super::run::{HEADER, Record, Run, chunk_length, decode_chunk};
 use super::{SAMPLE, Spill, Spilled};
-use crate::build::options::{Duplicates, Progress};
+use crate::build::options::{DuplicateRule, Duplicates, Progress};
 use crate::geometry::Point;
 use crate::store::{KdNode, KdTree, TileId};
 
@@ -33,7 +33,7 @@ enum Part {
 struct Splitting<'a> {
     folder: &'a Path,
     limits: Limits,
-    duplicates: Duplicates,
+    rule: DuplicateRule,
     progress: &'a Progress,
     has_z: bool,
     next_run: u32,
@@ -47,13 +47,13 @@ pub(in crate::build) fn plan_blocks(
     spilled: Spilled,
     folder: &Path,
     limits: Limits,
-    duplicates: Duplicates,
+    rule: DuplicateRule,
     progress: &Progress,
 ) -> io::Result<Plan> {
     let mut splitting = Splitting {
         folder,
         limits,
-        duplicates,
+        rule,
         progress,
         has_z: spilled.has_z,
         next_run: spilled.runs.len() as u32,
@@ -120,7 +120,7 @@ impl Splitting<'_> {
         let mut reader = RunReader::open(&path, run.length)?;
         let sample = reader.sample()?;
         let cells = (4 * run.points / self.limits.block_points).min(self.limits.cells as u64) as usize;
-        let mut heavy = Heavy::of(&sample, self.duplicates);
+        let mut heavy = Heavy::of(&sample, self.rule);
         let mut spill = Spill::new(self.folder, &sample, cells.max(4), self.limits.buffers, self.next_run);
         spill.has_z = self.has_z;
         reader.offset = 0;
@@ -202,20 +202,20 @@ fn gather(part: Part, block: &mut Block) {
 /// Places at which so many points of a run lie that they are merged while they pass.
 struct Heavy {
     places: Vec<(Point, Vec<Record>)>,
-    duplicates: Duplicates,
+    rule: DuplicateRule,
     taken: u64,
 }
 
 impl Heavy {
     /// The places that more than a sixteenth of the sample shares.
-    fn of(sample: &[Point], duplicates: Duplicates) -> Self {
+    fn of(sample: &[Point], rule: DuplicateRule) -> Self {
         let mut sorted = sample.to_vec();
         sorted.sort_unstable_by(|a, b| a.lex_cmp(*b));
         let groups = sorted.chunk_by(|a, b| a == b);
         let heavy = groups.filter(|group| group.len() > 1 && group.len() > sample.len() / 16);
         Self {
             places: heavy.map(|group| (group[0], Vec::new())).collect(),
-            duplicates,
+            rule,
             taken: 0,
         }
     }
@@ -226,13 +226,13 @@ impl Heavy {
             return false;
         };
         self.taken += 1;
-        if self.duplicates == Duplicates::Error {
+        if self.rule.duplicates == Duplicates::Error && record.record < self.rule.first_end {
             // The first two are what the error tells.
             kept.push(record);
             kept.sort_unstable_by_key(|kept| kept.record);
             kept.truncate(2);
         } else if let Some(one) = kept.first_mut() {
-            if self.duplicates.prefers((record.z, record.record), (one.z, one.record)) {
+            if self.rule.prefers((record.z, record.record), (one.z, one.record)) {
                 *one = record;
             }
         } else {

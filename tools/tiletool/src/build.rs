@@ -8,7 +8,7 @@ use std::thread::available_parallelism;
 use bytesize::ByteSize;
 use clap::Args;
 use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates, Phase};
-use delaunay_tiles::input::{PointBatch, PointSource, Returns};
+use delaunay_tiles::input::{PointBatch, PointSource, Returns, SegmentBatch, SegmentSource};
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::Source;
 use serde::{Deserialize, Serialize};
@@ -21,15 +21,21 @@ use crate::progress::Bar;
 /// Triangulate points and write a tile file.
 ///
 /// Points come from LAS and LAZ, text (.csv, .xyz, .txt, also .gz), raw little-endian f64 (.f64), Triangle's .node, and
-/// GeoJSON; several inputs make one set, and - is standard input. The file gets its name when it is complete.
+/// GeoJSON; several inputs make one set, and - is standard input. Segments come from GeoJSON (lines, rings of polygons), text
+/// (x1,y1,x2,y2), and raw pairs of record numbers (.u32, .u64); they become chains of edges. The file gets its name when
+/// it is complete.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Examples:
   tiletool build survey.laz -o ground.tiles --class 2
+  tiletool build survey.laz --segments breaklines.geojson -o ground.tiles
   zcat points.csv.gz | tiletool build - -o points.tiles --columns lon,lat,height")]
 pub struct BuildArgs {
     /// The inputs, in order
-    #[arg(required = true, value_name = "INPUT")]
+    #[arg(required_unless_present = "segments", value_name = "INPUT")]
     inputs: Vec<PathBuf>,
+    /// Files of segments, which become chains of edges: break lines, coast lines; may be given more than once
+    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
+    segments: Vec<PathBuf>,
     /// The tile file to write
     #[arg(short, long, value_name = "FILE.tiles")]
     output: PathBuf,
@@ -92,8 +98,9 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     let input_options = args.input.options();
     let is_filtered = !input_options.classes.is_empty() || input_options.returns != Returns::All;
     let source = PointSource::open(&args.inputs, &input_options)?;
+    let segments = SegmentSource::open(&args.segments)?;
     options.resume = args.resume;
-    options.resumable = source.identity();
+    options.resumable = source.identity().filter(|_| args.segments.is_empty());
     let progress = Arc::clone(&options.progress);
     let (read, total) = (Arc::new(AtomicU64::new(0)), source.total_bytes());
     let bar = (!args.quiet && !args.json).then(|| {
@@ -110,7 +117,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
         if args.resume && builder.needs_points() && !args.quiet {
             eprintln!("note: there is no finished work to go on from; the build starts from the beginning");
         }
-        let building = build(source, builder, read, is_filtered, Arc::clone(&cancelled));
+        let building = build(source, segments, builder, read, is_filtered, Arc::clone(&cancelled));
         tokio::pin!(building);
         loop {
             tokio::select! {
@@ -168,6 +175,8 @@ struct Read {
     withheld: u64,
     filtered: u64,
     invalid: u64,
+    #[serde(default)]
+    segments: u64,
     input_bytes: u64,
     notes: Vec<String>,
 }
@@ -175,6 +184,7 @@ struct Read {
 /// Reads the input on a thread of its own, ahead of the builder.
 async fn build(
     mut source: PointSource,
+    mut segments: SegmentSource,
     mut builder: Builder,
     read: Arc<AtomicU64>,
     is_filtered: bool,
@@ -184,6 +194,15 @@ async fn build(
         let read = serde_json::from_str(&builder.description().memo).unwrap_or_default();
         return Ok((builder.finish().await?, read));
     }
+    let (mut builder, segments) = tokio::task::spawn_blocking(move || {
+        let mut batch = SegmentBatch::default();
+        while segments.next_batch(&mut batch)? {
+            builder.push_segments(&batch.ends)?;
+            builder.push_segments_between(&batch.records)?;
+        }
+        anyhow::Ok((builder, segments.segments()))
+    })
+    .await??;
     let (sender, mut batches) = mpsc::channel::<PointBatch>(BATCHES_AHEAD);
     // A filter may leave few of the points that a file announces.
     if let Some(points) = source.expected_points().filter(|_| !is_filtered) {
@@ -221,6 +240,7 @@ async fn build(
         withheld: counts.withheld,
         filtered: counts.filtered,
         invalid: counts.invalid,
+        segments,
         input_bytes: counts.bytes_read,
         notes: source.notes().to_vec(),
     };
@@ -241,10 +261,14 @@ struct Output<'a> {
     filtered: u64,
     invalid: u64,
     duplicates: u64,
+    segments: u64,
+    ends: u64,
     vertices: u64,
     triangles: u64,
     border_triangles: u64,
     hull_edges: u64,
+    constraint_edges: u64,
+    held_triangles: u64,
     tiles: u64,
     input_bytes: u64,
     file_bytes: u64,
@@ -313,10 +337,14 @@ impl<'a> Output<'a> {
             filtered: read.filtered,
             invalid: read.invalid,
             duplicates: summary.duplicates,
+            segments: read.segments,
+            ends: summary.ends,
             vertices: summary.vertices,
             triangles: summary.triangles,
             border_triangles: summary.border_triangles,
             hull_edges: summary.hull_edges,
+            constraint_edges: summary.constraint_edges,
+            held_triangles: summary.held_triangles,
             tiles: summary.tiles,
             input_bytes: read.input_bytes,
             file_bytes: summary.file_bytes,
@@ -368,6 +396,15 @@ fn report(args: &BuildArgs, summary: &BuildSummary, read: &Read) -> String {
         }
     }
     text += &format!("  input   {left_out}; {}\n", common::bytes(read.input_bytes));
+    if read.segments > 0 {
+        text += &format!(
+            "  lines   {} segments, {} constraint edges, {} vertices at their ends; {:.2} % of the triangles held\n",
+            thousands(read.segments),
+            thousands(summary.constraint_edges),
+            thousands(summary.ends),
+            100.0 * share(summary.held_triangles, summary.triangles)
+        );
+    }
     text += &format!(
         "  output  {}, {:.1} bytes per vertex\n",
         common::bytes(summary.file_bytes),

@@ -46,6 +46,7 @@ struct Output {
     triangles: u64,
     deep: bool,
     edges: u64,
+    constraint_edges: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     input_points: Option<u64>,
     peak_memory_bytes: Option<u64>,
@@ -61,6 +62,7 @@ pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
         triangles: 0,
         deep: args.deep,
         edges: 0,
+        constraint_edges: 0,
         input_points: None,
         peak_memory_bytes: None,
     };
@@ -81,10 +83,17 @@ pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
         thousands(output.tiles)
     );
     if output.deep {
-        text += &format!(
-            "It is the Delaunay triangulation: {} edges proven\n",
-            thousands(output.edges)
-        );
+        text += &match output.constraint_edges {
+            0 => format!(
+                "It is the Delaunay triangulation: {} edges proven\n",
+                thousands(output.edges)
+            ),
+            constraints => format!(
+                "It is the constrained Delaunay triangulation: {} edges proven, of which {} are constraints\n",
+                thousands(output.edges),
+                thousands(constraints)
+            ),
+        };
     }
     if let Some(points) = output.input_points {
         text += &format!(
@@ -102,6 +111,7 @@ async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
     output.vertices = report.vertices;
     output.triangles = report.triangles;
     output.edges = report.edges;
+    output.constraint_edges = report.constraint_edges;
     if !args.against.is_empty() {
         let mut source = PointSource::open(&args.against, &args.input.options())?;
         let next = |batch: &mut PointBatch| source.next_batch(batch);

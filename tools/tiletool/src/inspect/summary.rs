@@ -32,6 +32,8 @@ pub struct Summary {
     vertices: u64,
     triangles: u64,
     hull_edges: u64,
+    ends: u64,
+    constraint_edges: u64,
     has_z: bool,
     bounds: Option<Bounds>,
     tile_count: u64,
@@ -121,6 +123,8 @@ impl Summary {
             vertices: m.vertices,
             triangles: m.triangles,
             hull_edges: m.hull_edges,
+            ends: m.ends,
+            constraint_edges: m.constraint_edges,
             has_z: m.has_z,
             bounds: Bounds::new(m.bounds),
             tile_count: tiles.len() as u64,
@@ -218,6 +222,14 @@ impl Summary {
             ("triangles", thousands(self.triangles)),
             ("hull edges", thousands(self.hull_edges)),
         ];
+        if self.constraint_edges > 0 {
+            let ends = thousands(self.ends);
+            let edges = thousands(self.constraint_edges);
+            lines.push((
+                "constraints",
+                format!("{edges} edges; {ends} vertices are ends of segments only"),
+            ));
+        }
         if self.rect.is_empty() {
             lines.push(("bounds", "none".to_owned()));
             return lines;
