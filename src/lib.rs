@@ -1,7 +1,7 @@
 //! Delaunay triangulations larger than memory, kept as tiles in one file.
 //!
-//! Points go in, in any order; a `*.tiles` file comes out. It holds *the* Delaunay triangulation of the set: exact, ties broken
-//! by coordinates alone, so that it is the same to the last triangle whatever the tile size, the number of threads, the
+//! Points go in, in any order, and segments between them if there are any; a `*.tiles` file comes out. It holds *the*
+//! (constrained) Delaunay triangulation of the set: exact, ties broken by coordinates alone, so that it is the same to the last triangle whatever the tile size, the number of threads, the
 //! order of the input or the in-core engine. The file is cut into tiles by a k-d tree, and a service reads it by byte
 //! range, through a cache.
 //!
@@ -63,7 +63,7 @@
 //! # Sources
 //!
 //! The method extends Wu, "I/O-Efficient Algorithm for Constrained Delaunay Triangulation with Applications to Proximity
-//! Search" (National University of Singapore, 2004): divide, conquer, merge. Modules name the papers that they follow.
+//! Search" (National University of Singapore, 2004): divide, conquer, merge, constrain. Modules name the papers that they follow.
 //!
 //! # Features
 //!

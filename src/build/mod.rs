@@ -8,6 +8,7 @@
 //!                        k-d tree   cores    late      spilled        the rest   writes,
 //!                        and cells  seams    triangles by groups      of tiles   journal
 //!                                    └─ node ─┘
+//!                                    constrain, where there are segments
 //! ```
 //!
 //! [`Builder`] takes batches and starts `pipeline` on computing threads, which share a board of tasks (`schedule`). What

@@ -1,7 +1,7 @@
 //! In-core Delaunay triangulation: flat arrays, the engines that fill them, and constraints.
 //!
 //! Comes in: distinct points. Goes out: a [`Triangulation`] that is canonical, that is, a function of the set of
-//! points alone. The pipeline in [`crate::build`] runs an engine on every leaf and on every seam of the merge tree.
+//! points alone; or [`Constrained`], a function of points and segments. The pipeline in [`crate::build`] runs an engine on every leaf and on every seam of the merge tree.
 //! Knows no files.
 
 mod cavity;

@@ -4,6 +4,7 @@ mod ahead;
 mod hostile;
 mod node;
 mod raw;
+mod segments;
 mod source;
 
 #[cfg(feature = "geojson")]

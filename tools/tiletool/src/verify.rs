@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 use delaunay_tiles::build::peak_memory;
-use delaunay_tiles::input::{PointBatch, PointSource};
+use delaunay_tiles::input::{PointBatch, PointSource, SegmentBatch, SegmentSource};
 use serde::Serialize;
 
 use crate::common::{self, MemoryArgs};
@@ -27,6 +27,9 @@ pub struct VerifyArgs {
     /// Look up every point of these inputs too, read with the same options as for the build
     #[arg(long, value_name = "INPUT", num_args = 1..)]
     against: Vec<PathBuf>,
+    /// With --against: the segments of the build, whose ends are vertices too
+    #[arg(long, value_name = "FILE")]
+    segments: Vec<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -112,11 +115,45 @@ async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
     output.triangles = report.triangles;
     output.edges = report.edges;
     output.constraint_edges = report.constraint_edges;
-    if !args.against.is_empty() {
-        let mut source = PointSource::open(&args.against, &args.input.options())?;
-        let next = |batch: &mut PointBatch| source.next_batch(batch);
+    if !args.against.is_empty() || !args.segments.is_empty() {
+        let mut points = PointSource::open(&args.against, &args.input.options())?;
+        let mut ends = Ends {
+            segments: SegmentSource::open(&args.segments)?,
+            batch: SegmentBatch::default(),
+            first: 0,
+        };
+        let next = |batch: &mut PointBatch| -> anyhow::Result<bool> {
+            if points.next_batch(batch)? {
+                ends.first = batch.records.last().map_or(0, |last| last + 1);
+                return Ok(true);
+            }
+            ends.next_batch(batch)
+        };
         let report = reader.verify_points(next).await?;
         output.input_points = Some(report.vertices);
     }
     Ok(())
+}
+
+/// The ends of segments that are given by these, numbered as a build does: behind all points.
+struct Ends {
+    segments: SegmentSource,
+    batch: SegmentBatch,
+    first: u64,
+}
+
+impl Ends {
+    fn next_batch(&mut self, points: &mut PointBatch) -> anyhow::Result<bool> {
+        points.clear();
+        while points.is_empty() {
+            if !self.segments.next_batch(&mut self.batch)? {
+                return Ok(false);
+            }
+            points.points.extend_from_slice(self.batch.ends.as_flattened());
+        }
+        let next = self.first + points.len() as u64;
+        points.records.extend(self.first..next);
+        self.first = next;
+        Ok(true)
+    }
 }

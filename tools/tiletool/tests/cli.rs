@@ -108,6 +108,79 @@ fn indonesia_from_geojson_to_a_proven_file() {
 }
 
 #[test]
+fn segments_become_chains_of_edges() {
+    let scratch = Scratch::new();
+    let coast = data("indonesia/indonesia_ne10m.geojson");
+    let build = ["build", "--segments", &coast, "--json"];
+    let summary = scratch.json(&[&build[..], &["-o", "i.tiles", "--tile-vertices", "500"]].concat());
+    assert_eq!(summary["segments"], 23_541);
+    assert_eq!(summary["constraint_edges"], 23_541);
+    assert_eq!(summary["points"], 0);
+    assert_eq!(summary["ends"], 23_541);
+    assert_eq!(summary["vertices"], 23_541);
+    scratch.json(&[&build[..], &[&coast, "-o", "one.tiles"]].concat());
+    assert_eq!(scratch.ok(&["digest", "i.tiles"]), scratch.ok(&["digest", "one.tiles"]));
+    let report = scratch.json(&["verify", "--deep", "i.tiles", "--segments", &coast, "--json"]);
+    assert_eq!(report["constraint_edges"], 23_541);
+    assert_eq!(report["input_points"], 2 * 23_541);
+    let text = scratch.ok(&[
+        "verify",
+        "--deep",
+        "one.tiles",
+        "--against",
+        &coast,
+        "--segments",
+        &coast,
+    ]);
+    assert!(text.contains("constrained Delaunay triangulation"), "{text}");
+    assert!(scratch.ok(&["inspect", "one.tiles"]).contains("23 541 edges"));
+
+    // Pairs of record numbers are the same as rows of ends.
+    scratch.write("p.csv", "x,y\n0,0\n4,0\n4,4\n0,4\n1,2\n");
+    scratch.write("s.csv", "x1,y1,x2,y2\n0,0,4,4\n4,0,4,4\n");
+    scratch.write("s.u32", [0u32, 2, 1, 2].map(u32::to_le_bytes).concat());
+    scratch.write("s.u64", [2u64, 0, 2, 1].map(u64::to_le_bytes).concat());
+    let digests = ["s.csv", "s.u32", "s.u64"].map(|segments| {
+        scratch.ok(&[
+            "build",
+            "p.csv",
+            "--segments",
+            segments,
+            "-o",
+            "s.tiles",
+            "--force",
+            "--quiet",
+        ]);
+        scratch.ok(&["digest", "s.tiles"])
+    });
+    assert!(digests[0].contains("constraint-edges            2"), "{}", digests[0]);
+    assert_eq!(digests[0], digests[1]);
+    assert_eq!(digests[0], digests[2]);
+
+    scratch.write("far.u32", [0u32, 9].map(u32::to_le_bytes).concat());
+    scratch.write("short.u32", [1, 2, 3]);
+    scratch.write("cross.csv", "0,0,4,4\n4,0,0,4\n");
+    scratch.write("word.csv", "0,0,4,4\n4,0,x,4\n");
+    scratch.write("segments.bin", "");
+    for (segments, expected) in [
+        ("far.u32", "record 9, and there is no point"),
+        ("short.u32", "left over"),
+        ("cross.csv", "crosses"),
+        ("word.csv", "segment 1 (line 2)"),
+        ("segments.bin", "does not tell how segments are written"),
+        ("none.csv", "cannot be opened"),
+    ] {
+        let error = scratch.fails(1, &["build", "p.csv", "--segments", segments, "-o", "no.tiles"]);
+        assert!(error.contains(expected), "{error}");
+        assert!(!scratch.path("no.tiles").exists() && !scratch.path("no.tiles.partial").exists());
+    }
+    scratch.fails(
+        2,
+        &["build", "p.csv", "--segments", "s.csv", "--resume", "-o", "no.tiles"],
+    );
+}
+
+#[test]
 fn lidar_goes_through_with_z_and_filters() {
     let scratch = Scratch::new();
     for file in ["autzen.las", "autzen.laz", "autzen.copc.laz"] {
