@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use futures::future;
 use parking_lot::Mutex;
@@ -25,13 +25,13 @@ use super::prefetch::{self, Prefetched};
 use super::schedule::{BlockPoints, Board};
 use super::segments::Segments;
 use super::spill::{self, Block, Plan};
-use super::summary::{LevelSummary, PhaseSummary, Waits};
+use super::summary::{LevelSummary, Waits, phases};
 use super::work_folder::WorkFolder;
 use super::{BuildError, BuildOptions, BuildSummary, Description, GENERATION, Phase, TileState, peak_memory};
 use crate::geometry::{Point, Rect};
 use crate::input::PointBatch;
 use crate::io::{Buffers, ThreadsFile};
-use crate::store::{Directory, Extent, KdNode, KdTree, Metadata, TileEntry, TileId};
+use crate::store::{Directory, Extent, KdTree, Metadata, TileEntry};
 
 /// Builds a tile file from batches of points.
 ///
@@ -43,6 +43,8 @@ pub struct Builder {
     folder: Arc<WorkFolder>,
     output: PathBuf,
     intake: Intake,
+    /// All memory, of which segments take a part.
+    memory: u64,
     points: u64,
     has_z: bool,
     /// One more than the largest record number so far.
@@ -66,6 +68,7 @@ impl Builder {
         let tmp = options.work_folder.as_deref();
         let folder = WorkFolder::create(&output, tmp, options.force, options.resume)?;
         let mut this = Self {
+            memory: options.memory,
             options: Arc::new(options),
             folder: Arc::new(folder),
             output,
@@ -187,7 +190,7 @@ impl Builder {
     /// If an end is not [valid](crate::geometry::Point::is_valid), or they take more than half of the memory.
     pub fn push_segments(&mut self, segments: &[[Point; 2]]) -> Result<(), BuildError> {
         self.segments.push(segments)?;
-        self.segments.check_memory(&self.options)
+        self.reserve()
     }
 
     /// Takes segments by the record numbers of the points that they join, before these are pushed.
@@ -196,7 +199,14 @@ impl Builder {
     /// If they take more than half of the memory.
     pub fn push_segments_between(&mut self, records: &[[u64; 2]]) -> Result<(), BuildError> {
         self.segments.push_between(records);
-        self.segments.check_memory(&self.options)
+        self.reserve()
+    }
+
+    /// Leaves the memory that segments do not take for everything else.
+    fn reserve(&mut self) -> Result<(), BuildError> {
+        self.segments.check_memory(self.memory)?;
+        Arc::make_mut(&mut self.options).memory = self.memory - self.segments.byte_size();
+        Ok(())
     }
 
     /// Pushes the ends of segments as points, which give way to others.
@@ -250,7 +260,10 @@ impl Builder {
         self.push_ends().await?;
         let intake = std::mem::replace(&mut self.intake, Intake::new());
         let (plan, store) = match intake.finish().await? {
-            Points::Memory(store) => (in_memory(&store), Some(store)),
+            Points::Memory(store) => (
+                Plan::in_memory(store.items.len() as u64, store.attributes.has_z()),
+                Some(store),
+            ),
             Points::Runs(plan) => (plan, None),
         };
         if self.options.progress.is_cancelled() {
@@ -265,7 +278,7 @@ impl Builder {
         let mut finished = FinishedBlocks::default();
         if is_resumed {
             finished = FinishedBlocks::read(&self.folder)?;
-            check_runs(&plan.blocks[finished.blocks as usize..], &self.folder)?;
+            spill::check_runs(&plan.blocks[finished.blocks as usize..], self.folder.spill())?;
         }
         let unfinished = plan.blocks[finished.blocks as usize..].iter();
         let run_bytes = unfinished.flat_map(|block| &block.runs).map(|run| run.length).sum();
@@ -561,20 +574,6 @@ impl Drop for StopOnDrop<'_> {
     }
 }
 
-/// Fails if runs that will be needed are not there, before anything is changed.
-fn check_runs(blocks: &[Block], folder: &WorkFolder) -> Result<(), BuildError> {
-    for run in blocks.iter().flat_map(|block| &block.runs) {
-        let path = run.path(folder.spill());
-        let length = path.metadata().map(|metadata| metadata.len());
-        let length = length.map_err(|error| BuildError::io(&path, "resume: a run is missing; cannot read", error))?;
-        if length < run.length {
-            let error = spill::damaged(&path, "the run is cut short");
-            return Err(BuildError::io(&path, "resume", error));
-        }
-    }
-    Ok(())
-}
-
 /// What a build is made of, once all points are there.
 struct Parts {
     plan: Plan,
@@ -582,31 +581,6 @@ struct Parts {
     shares: Shares,
     finished: FinishedBlocks,
     has_journal: bool,
-}
-
-/// The plan of points that are all in memory: one block.
-fn in_memory(store: &PointStore) -> Plan {
-    let points = store.items.len() as u64;
-    let is_empty = store.items.is_empty();
-    let nodes = if is_empty {
-        Vec::new()
-    } else {
-        vec![KdNode::Leaf(TileId(0))]
-    };
-    Plan {
-        tree: KdTree::new(nodes).unwrap_or_default(),
-        blocks: if is_empty {
-            Vec::new()
-        } else {
-            vec![Block {
-                points,
-                ..Block::default()
-            }]
-        },
-        points,
-        has_z: store.attributes.has_z(),
-        ..Plan::default()
-    }
 }
 
 /// Opens a file to write behind its first `length` bytes, and to read; what comes after those goes away.
@@ -619,33 +593,4 @@ fn open(path: &Path, length: u64) -> io::Result<File> {
         .open(path)?;
     file.set_len(length)?;
     Ok(file)
-}
-
-/// Time and bytes of each phase.
-fn phases(
-    read_began: Instant,
-    began: &[(Phase, Instant)],
-    bytes_read: [u64; 5],
-    bytes_written: [u64; 5],
-) -> Vec<PhaseSummary> {
-    let now = Instant::now();
-    let start = |phase| match phase {
-        Phase::Read => Some(read_began),
-        _ => began.iter().find(|(its, _)| *its == phase).map(|its| its.1),
-    };
-    let bytes = bytes_read.into_iter().zip(bytes_written);
-    let phases = Phase::ALL.into_iter().enumerate().zip(bytes);
-    let summary = |((place, phase), (bytes_read, bytes_written))| {
-        let end = Phase::ALL[place + 1..]
-            .iter()
-            .find_map(|&next| start(next))
-            .unwrap_or(now);
-        PhaseSummary {
-            phase,
-            time: start(phase).map_or(Duration::ZERO, |start| end - start),
-            bytes_read,
-            bytes_written,
-        }
-    };
-    phases.map(summary).collect()
 }

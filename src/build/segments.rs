@@ -1,6 +1,6 @@
 //! The segments of a build, as they come: by their ends, or by the record numbers of points that are still to come.
 
-use super::{BuildError, BuildOptions};
+use super::BuildError;
 use crate::geometry::Point;
 use crate::input::PointBatch;
 
@@ -51,15 +51,17 @@ impl Segments {
         self.len() == 0
     }
 
-    /// Fails if they take too much memory.
-    pub(super) fn check_memory(&self, options: &BuildOptions) -> Result<(), BuildError> {
+    /// Bytes that they take; those of each cell among them take a little more.
+    pub(super) fn byte_size(&self) -> u64 {
         let bytes = size_of_val(&*self.by_ends) + size_of_val(&*self.between) + size_of_val(&*self.wanted);
-        let needed = 2 * bytes as u64;
-        if needed > options.memory || self.between.len() > (u32::MAX / 2) as usize {
-            return Err(BuildError::Segments {
-                needed,
-                budget: options.memory,
-            });
+        bytes as u64 + 8 * self.len()
+    }
+
+    /// Fails if they take more than half of so much memory, or are too many to be numbered.
+    pub(super) fn check_memory(&self, budget: u64) -> Result<(), BuildError> {
+        let needed = 2 * self.byte_size();
+        if needed > budget || self.len() > u64::from(u32::MAX / 2) {
+            return Err(BuildError::Segments { needed, budget });
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! What a finished build tells of itself.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::options::Phase;
 
@@ -88,4 +88,33 @@ pub struct Waits {
     pub computing_for_writing: Duration,
     /// The time that the next block was not read because those before took its memory.
     pub blocks_for_computing: Duration,
+}
+
+/// Time and bytes of each phase.
+pub(super) fn phases(
+    read_began: Instant,
+    began: &[(Phase, Instant)],
+    bytes_read: [u64; 5],
+    bytes_written: [u64; 5],
+) -> Vec<PhaseSummary> {
+    let now = Instant::now();
+    let start = |phase| match phase {
+        Phase::Read => Some(read_began),
+        _ => began.iter().find(|(its, _)| *its == phase).map(|its| its.1),
+    };
+    let bytes = bytes_read.into_iter().zip(bytes_written);
+    let phases = Phase::ALL.into_iter().enumerate().zip(bytes);
+    let summary = |((place, phase), (bytes_read, bytes_written))| {
+        let end = Phase::ALL[place + 1..]
+            .iter()
+            .find_map(|&next| start(next))
+            .unwrap_or(now);
+        PhaseSummary {
+            phase,
+            time: start(phase).map_or(Duration::ZERO, |start| end - start),
+            bytes_read,
+            bytes_written,
+        }
+    };
+    phases.map(summary).collect()
 }

@@ -29,7 +29,7 @@ use cells::CellIndex;
 use run::RunWriter;
 
 pub(super) use plan::{Block, Plan};
-pub(super) use resplit::{Limits, damaged, plan_blocks};
+pub(super) use resplit::{Limits, check_runs, damaged, plan_blocks};
 pub(super) use run::{HEADER, Record, Run, chunk_length, decode_chunk};
 
 /// Points of a sample that are looked at: a cell of 1/512 has 128.

@@ -8,6 +8,7 @@ use std::path::Path;
 use super::plan::{Block, Plan};
 use super::run::{HEADER, Record, Run, chunk_length, decode_chunk};
 use super::{SAMPLE, Spill, Spilled};
+use crate::build::BuildError;
 use crate::build::options::{DuplicateRule, Duplicates, Progress};
 use crate::geometry::Point;
 use crate::store::{KdNode, KdTree, TileId};
@@ -314,4 +315,18 @@ impl<'a> RunReader<'a> {
 pub(in crate::build) fn damaged(path: &Path, problem: &str) -> io::Error {
     let message = format!("{}: {problem}: the work is damaged, start again", path.display());
     io::Error::new(io::ErrorKind::InvalidData, message)
+}
+
+/// Fails if runs that will be needed are not there, before anything is changed.
+pub(in crate::build) fn check_runs(blocks: &[Block], folder: &Path) -> Result<(), BuildError> {
+    for run in blocks.iter().flat_map(|block| &block.runs) {
+        let path = run.path(folder);
+        let length = path.metadata().map(|metadata| metadata.len());
+        let length = length.map_err(|error| BuildError::io(&path, "resume: a run is missing; cannot read", error))?;
+        if length < run.length {
+            let error = damaged(&path, "the run is cut short");
+            return Err(BuildError::io(&path, "resume", error));
+        }
+    }
+    Ok(())
 }

@@ -17,6 +17,7 @@ const EDGE_THINNED: &str = "#93abbd";
 const HULL: &str = "#1f4e6f";
 const BORDER: &str = "#f5dfb8";
 const CELL: &str = "#c8452f";
+const CONSTRAINT: &str = "#2f7d4f";
 
 /// The most points that are drawn as dots over their triangles.
 const DOTS: usize = 2000;
@@ -118,7 +119,11 @@ fn draw_mesh(svg: &mut Svg, scene: &Scene, page: &Page) -> Vec<Entry> {
     } else {
         (EDGE, (0.045 * spacing).clamp(0.4, 1.1), "edges")
     };
-    for (edges, colour, width, text) in [(&scene.edges, colour, width, text), (&scene.outline, HULL, 1.8, "hull")] {
+    for (edges, colour, width, text) in [
+        (&scene.edges, colour, width, text),
+        (&scene.outline, HULL, 1.8, "hull"),
+        (&scene.constraints, CONSTRAINT, 1.2 + width, "constraints"),
+    ] {
         if !edges.is_empty() {
             let mut path = Path::default();
             path.trails(&pixels, edges);
@@ -283,9 +288,23 @@ fn caption(directory: &Directory, scene: &Scene) -> String {
     let all = counted(m.vertices, "vertex", "vertices");
     match (scene.thinned, scene.triangles) {
         (true, 0) => format!("Thinned: {} of {all}; no triangles", thousands(drawn)),
-        (true, _) => format!("Thinned: the Delaunay triangulation of {} of {all}", thousands(drawn)),
+        (true, _) => {
+            let without = if m.constraint_edges > 0 {
+                ", without constraints"
+            } else {
+                ""
+            };
+            format!(
+                "Thinned: the Delaunay triangulation of {} of {all}{without}",
+                thousands(drawn)
+            )
+        }
         (false, 0) if drawn < 3 => format!("{all}; no triangles"),
         (false, 0) => format!("{all}, all on one line; no triangles"),
+        (false, _) if m.constraint_edges > 0 => {
+            let edges = counted(m.constraint_edges, "constraint edge", "constraint edges");
+            format!("The whole constrained Delaunay triangulation of {all} and {edges}")
+        }
         (false, _) => format!("The whole Delaunay triangulation of {all}"),
     }
 }

@@ -19,8 +19,10 @@ pub struct Scene {
     pub points: Vec<Point>,
     /// Around all vertices of the file.
     pub bounds: Rect,
-    /// Each edge once, without the outline.
+    /// Each edge once, without the outline and constraints.
     pub edges: Vec<[u32; 2]>,
+    /// The edges that are constraints, if the file is drawn whole.
+    pub constraints: Vec<[u32; 2]>,
     /// The edges of the hull, if the file is drawn whole.
     pub outline: Vec<[u32; 2]>,
     /// Triangles that stand in no core, if the file is drawn whole.
@@ -55,7 +57,7 @@ impl Scene {
         let first_of: Vec<u32> = first_of.collect();
         let limit = directory.metadata.triangles as usize;
         let mut points = Vec::new();
-        let (mut triangles, mut border) = (Vec::new(), Vec::new());
+        let (mut triangles, mut border, mut constraints) = (Vec::new(), Vec::new(), Vec::new());
         let mut tiles = reader.tiles();
         while let Some(tile) = tiles.try_next().await? {
             points.extend(tile.points());
@@ -73,6 +75,10 @@ impl Scene {
                     );
                     *corner = first_of[owner] + vertex.id.index;
                 }
+                for side in (0..3).filter(|&s| tile.is_constraint(3 * triangle + s)) {
+                    let [a, b] = [side, (side + 1) % 3].map(|s| corners[s as usize]);
+                    constraints.push([a.min(b), a.max(b)]);
+                }
                 triangles.push(corners);
                 if triangle >= tile.core_triangle_count() {
                     border.push(corners);
@@ -86,11 +92,17 @@ impl Scene {
                 );
             }
         }
-        let (edges, outline) = edges_of(&triangles);
+        let (mut edges, mut outline) = edges_of(&triangles);
+        constraints.sort_unstable();
+        constraints.dedup();
+        for edges in [&mut edges, &mut outline] {
+            edges.retain(|edge| constraints.binary_search(edge).is_err());
+        }
         Ok(Self {
             points,
             bounds: Rect::EMPTY,
             edges,
+            constraints,
             outline,
             border,
             triangles: triangles.len() as u64,
@@ -130,6 +142,7 @@ impl Scene {
             points,
             bounds: Rect::EMPTY,
             edges,
+            constraints: Vec::new(),
             outline: Vec::new(),
             border: Vec::new(),
             triangles: mesh.triangles.len() as u64,
