@@ -515,7 +515,7 @@ impl Builder {
             length: finished.journal_length,
             border_log,
             blocks: Arc::clone(blocks),
-            folder: self.folder.spill().to_owned(),
+            folder: Arc::clone(&self.folder),
         })
     }
 

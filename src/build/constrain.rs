@@ -304,16 +304,24 @@ impl Ground<'_> {
         Ok(lines)
     }
 
-    /// Finds the vertices on a segment where there are no triangles to walk through.
+    /// Finds the vertices on a segment where all lie on one line, or are fewer than three: by halving, since there may be as
+    /// many of them as of segments.
     fn find_among_points(&self, [a, b]: [Point; 2], lines: &mut Lines, segment: u32) {
-        let is_on_it = |p: Point| {
-            let between = p == a || p == b || p.lex_cmp(a) != p.lex_cmp(b);
-            between && orient2d(a, b, p) == Orientation::Collinear
+        // Without triangles the hull is all points in lexicographic order.
+        let all = &self.mesh.mesh().hull;
+        let side = |v: u32| orient2d(a, b, self.point(v));
+        let (low, high) = if a.lex_cmp(b).is_lt() { (a, b) } else { (b, a) };
+        let first = all.partition_point(|&v| self.point(v).lex_cmp(low).is_lt());
+        let end = all.partition_point(|&v| self.point(v).lex_cmp(high).is_le());
+        // On one side of the segment's line come first, then at most one on it, unless all are.
+        let between = &all[first..end];
+        let start = between.first().map_or(Orientation::Collinear, |&v| side(v));
+        let before = match start {
+            Orientation::Collinear => 0,
+            start => between.partition_point(|&v| side(v) == start),
         };
-        let mut run: Vec<u32> = (0..self.points.len() as u32)
-            .filter(|&v| is_on_it(self.point(v)))
-            .collect();
-        run.sort_by(|&p, &q| self.point(p).lex_cmp(self.point(q)));
+        let on_it = between[before..].partition_point(|&v| side(v) == Orientation::Collinear);
+        let mut run = between[before..before + on_it].to_vec();
         if b.lex_cmp(a).is_lt() {
             run.reverse();
         }

@@ -19,6 +19,7 @@ use super::BuildError;
 use super::journal::{self, FinishedBlock};
 use super::node::Seam;
 use super::spill::Block;
+use super::work_folder::WorkFolder;
 use crate::io::{ThreadsFile, WriteAt};
 use crate::store::{Directory, Extent as Written, TileWriter};
 
@@ -43,9 +44,9 @@ pub(super) struct Journal {
     /// Of entries that stand in it.
     pub(super) length: u64,
     pub(super) border_log: Arc<File>,
-    /// The blocks, whose runs go away with their entry, and where these are.
+    /// The blocks, whose runs go away with their entry, and where these are: an entry holds the lock until it is done.
     pub(super) blocks: Arc<Vec<Block>>,
-    pub(super) folder: PathBuf,
+    pub(super) folder: Arc<WorkFolder>,
 }
 
 /// The file that is written.
@@ -169,7 +170,7 @@ impl Output {
             ThreadsFile::from(Arc::clone(&journal.border_log)),
             ThreadsFile::from(Arc::clone(&journal.file)),
         );
-        let (blocks, folder) = (Arc::clone(&journal.blocks), journal.folder.clone());
+        let (blocks, folder) = (Arc::clone(&journal.blocks), Arc::clone(&journal.folder));
         let span = tracing::debug_span!("enter", block = block.number);
         let enter = async move {
             tiles.sync_and_release().await?;
@@ -179,7 +180,7 @@ impl Output {
             // Nobody will read the runs again. If one stays, it goes with the folder.
             let removed = tokio::task::spawn_blocking(move || {
                 for run in &blocks[block.number as usize].runs {
-                    let _ = fs::remove_file(run.path(&folder));
+                    let _ = fs::remove_file(run.path(folder.spill()));
                 }
             });
             removed.await.map_err(io::Error::other)

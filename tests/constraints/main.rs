@@ -232,6 +232,25 @@ fn segments_on_grids() {
     }
 }
 
+/// Most tiles lie on one line, and have no triangles to walk through.
+#[test]
+fn points_on_few_lines() {
+    let lines = [0.0, 1000.0, 2000.0];
+    let along = (0..400).map(f64::from);
+    let points: Vec<Point> = lines
+        .iter()
+        .flat_map(|&y| along.clone().map(move |x| Point::new(x, y)))
+        .collect();
+    let mut segments: Vec<Segment> = lines.map(|y| [Point::new(399.0, y), Point::new(0.0, y)]).into();
+    segments.push([Point::new(7.0, 1000.0), Point::new(300.5, 1000.0)]);
+    segments.extend(along.step_by(9).map(|x| [Point::new(x, 0.0), Point::new(x, 2000.0)]));
+    let turned = points.iter().map(|p| Point::new(p.y, p.x)).collect();
+    let turned_segments = segments.iter().map(|s| s.map(|p| Point::new(p.y, p.x))).collect();
+    for (name, points, segments) in [("rows", points, segments), ("columns", turned, turned_segments)] {
+        check(Input { name, points, segments }, &WAYS);
+    }
+}
+
 #[test]
 fn builds_larger_than_memory() {
     let pslg = Pslg::new(Kind::Uniform, 60_000, 0.5, 3).unwrap();

@@ -230,12 +230,13 @@ async fn build(
         builder.push(&batch).await?;
     }
     let source = reading.await??;
+    let has_z = source.has_z();
     let sources = source.sources().iter().map(|(name, records)| Source {
         name: name.clone(),
         records: *records,
     });
     let counts = source.counts();
-    let read = Read {
+    let mut read = Read {
         records: counts.records,
         withheld: counts.withheld,
         filtered: counts.filtered,
@@ -249,7 +250,14 @@ async fn build(
         crs: source.crs().map(str::to_owned),
         memo: serde_json::to_string(&read)?,
     });
-    Ok((builder.finish().await?, read))
+    let summary = builder.finish().await?;
+    if has_z && summary.ends > 0 {
+        let ends = common::thousands(summary.ends);
+        read.notes.push(format!(
+            "{ends} ends of segments lie where no point does, and got z = 0"
+        ));
+    }
+    Ok((summary, read))
 }
 
 /// The keys of `--json`, which are stable.
