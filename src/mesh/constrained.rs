@@ -300,6 +300,9 @@ impl Inserter {
             return Err([from, to]);
         }
         self.crossed.clear();
+        // Nobody asks for these after a line that comes in; they must not grow with each.
+        self.left.clear();
+        self.right.clear();
         self.walk(points, mesh, side, [a, b]).map(Some)
     }
 
@@ -384,9 +387,13 @@ impl Inserter {
 }
 
 impl Chain {
-    fn begin(&mut self, from: u32, to: u32, side: u32) {
+    fn clear(&mut self) {
         self.vertices.clear();
         self.sides.clear();
+    }
+
+    fn begin(&mut self, from: u32, to: u32, side: u32) {
+        self.clear();
         self.vertices.push(from);
         self.push(to, side);
     }
