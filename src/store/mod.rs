@@ -5,6 +5,7 @@
 mod cache;
 mod digest;
 mod directory;
+mod edge_source;
 mod encode;
 mod generated;
 mod ids;
@@ -21,6 +22,7 @@ pub use cache::{Cache, CacheStatistics};
 pub use digest::{Digest, DigestSum};
 pub(crate) use directory::MAX_TILES;
 pub use directory::{Directory, Extent, Metadata, Source, TileEntry};
+pub use edge_source::{EdgeSource, LineKind};
 pub(crate) use encode::{BorderDraft, CoreDraft, ELSEWHERE, HULL};
 pub use ids::{TileId, VertexId};
 pub use kd_tree::{KdNode, KdTree};
