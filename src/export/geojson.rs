@@ -58,8 +58,10 @@ pub(super) async fn write<W: Write + Send + 'static>(
     output
         .push(b"{\"type\":\"FeatureCollection\",\"features\":[\n".to_vec())
         .await?;
-    job.write_parts(output, tiles.buffered(plan.threads), plan, b",\n", features)
+    let written = job
+        .write_parts(output, tiles.buffered(plan.threads), plan, b",\n", features)
         .await?;
+    job.check_triangles(written)?;
     output.push(b"\n]}\n".to_vec()).await
 }
 
@@ -87,7 +89,7 @@ async fn foreign_z(numbering: &Numbering, tile: &Tile) -> Result<ForeignZ, ReadE
     if !numbering.has_z() {
         return Ok(foreign);
     }
-    for triangle in (tile.core_triangle_count()..tile.triangle_count()).filter(|&triangle| tile.owns(triangle)) {
+    for triangle in (tile.core_triangle_count()..tile.triangle_count()).filter(|&t| numbering.is_written(tile, t)) {
         let corners = tile.corners(triangle).into_iter();
         for corner in corners.filter(|&corner| corner >= tile.vertex_count()) {
             let vertex = tile.vertex(corner).id;

@@ -12,7 +12,7 @@
 //!
 //! Vertices are numbered through the file: in the order of the tiles, and within each as they stand. All formats have them
 //! in this order, and every vertex once. Triangles stand once each, counter-clockwise, in the order of the tiles that they
-//! belong to. Whatever a file holds, an export ends with a whole output or an error; what was written until an error must
+//! belong to; those in holes only if they are [asked for](ExportOptions::holes). Whatever a file holds, an export ends with a whole output or an error; what was written until an error must
 //! be thrown away.
 
 mod format;
@@ -25,6 +25,8 @@ mod part;
 mod ply;
 mod text;
 
+#[cfg(test)]
+mod hole_tests;
 #[cfg(test)]
 mod tests;
 
@@ -59,13 +61,20 @@ pub enum ExportError {
     Cancelled,
 }
 
+/// What is exported.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ExportOptions {
+    /// Triangles in holes too, which are left out otherwise. Vertices are exported in any case.
+    pub holes: bool,
+}
+
 /// What was exported.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Exported<W> {
     /// Vertices.
     pub vertices: u64,
-    /// Triangles.
+    /// Triangles that were exported.
     pub triangles: u64,
     /// Bytes of all outputs.
     pub bytes: u64,
@@ -89,6 +98,7 @@ pub struct Exported<W> {
 pub async fn export<W: Write + Send + 'static>(
     reader: &TileReader,
     format: Format,
+    options: ExportOptions,
     outputs: Vec<W>,
     mut progress: impl FnMut(u64, u64) + Send,
 ) -> Result<Exported<W>, ExportError> {
@@ -99,7 +109,7 @@ pub async fn export<W: Write + Send + 'static>(
         .zip(suffixes)
         .map(|(writer, suffix)| output::Output::new(writer, suffix))
         .collect();
-    let mut job = Job::new(reader, &mut progress);
+    let mut job = Job::new(reader, options, &mut progress);
     match (format, outputs.as_mut_slice()) {
         (Format::Ply, [output]) => ply::write(&mut job, output).await?,
         (Format::Node, [node, ele]) => node::write(&mut job, node, ele).await?,
@@ -107,10 +117,9 @@ pub async fn export<W: Write + Send + 'static>(
         (Format::GeoJson, [output]) => geojson::write(&mut job, output).await?,
         _ => unreachable!("the number of outputs was checked"),
     }
-    let metadata = &reader.directory().metadata;
     let mut exported = Exported {
-        vertices: metadata.vertices,
-        triangles: metadata.triangles,
+        vertices: reader.directory().metadata.vertices,
+        triangles: job.numbering.triangles(),
         bytes: 0,
         outputs: Vec::new(),
     };

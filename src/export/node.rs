@@ -1,7 +1,6 @@
 //! Triangle's `.node` and `.ele` (Shewchuk, <https://www.cs.cmu.edu/~quake/triangle.html>), numbered from 0.
 
 use std::io::Write;
-use std::sync::Arc;
 
 use super::ExportError;
 use super::numbering::Numbering;
@@ -16,25 +15,14 @@ pub(super) async fn write<W: Write + Send + 'static>(
 ) -> Result<(), ExportError> {
     job.passes(2);
     let metadata = &job.reader().directory().metadata;
-    let (vertices, triangles) = (metadata.vertices, metadata.triangles);
+    let (vertices, triangles) = (metadata.vertices, job.numbering.triangles());
     let attributes = u8::from(metadata.has_z);
     node.push(header(job, &format!("{vertices} 2 {attributes} 0"))).await?;
     ele.push(header(job, &format!("{triangles} 3 0"))).await?;
     job.pass(node, Cut::Vertices, put_nodes).await?;
-    // The numbers of triangles go through the file too.
-    let counts = job
-        .reader()
-        .directory()
-        .tiles
-        .iter()
-        .map(|tile| u64::from(tile.owned_triangles));
-    let first = counts.scan(0, |sum, count| {
-        *sum += count;
-        Some(*sum - count)
-    });
-    let first: Arc<[u64]> = first.collect();
-    let elements = move |numbering: &Numbering, part: &Part, out: &mut Vec<u8>| {
-        let mut triangle = first[part.tile.id().0 as usize] + u64::from(part.owned_before);
+    let elements = |numbering: &Numbering, part: &Part, out: &mut Vec<u8>| {
+        // The numbers of triangles go through the file too.
+        let mut triangle = part.written_before;
         numbering.for_each_triangle(part, |_, [a, b, c]| {
             put(out, format_args!("{triangle} {a} {b} {c}\n"));
             triangle += 1;

@@ -3,6 +3,7 @@
 //! Tiles check themselves when they are loaded, but not against each other nor against the directory's counts, which
 //! headers are written from. Here that is made up for: what contradicts becomes an error, and never a broken output.
 
+use super::ExportOptions;
 use super::part::Part;
 use crate::store::{Directory, Tile, TileReader, VertexId};
 
@@ -10,10 +11,11 @@ use crate::store::{Directory, Tile, TileReader, VertexId};
 pub(super) struct Numbering {
     reader: TileReader,
     starts: Vec<u64>,
+    options: ExportOptions,
 }
 
 impl Numbering {
-    pub(super) fn new(reader: &TileReader) -> Self {
+    pub(super) fn new(reader: &TileReader, options: ExportOptions) -> Self {
         let counts = reader.directory().tiles.iter().map(|tile| u64::from(tile.vertices));
         let starts = counts.scan(0, |sum, count| {
             let start = *sum;
@@ -23,6 +25,7 @@ impl Numbering {
         Self {
             starts: starts.collect(),
             reader: reader.clone(),
+            options,
         }
     }
 
@@ -55,14 +58,34 @@ impl Numbering {
         }
     }
 
-    /// Hands out the triangles of a part that belong to its tile: their corners, and their vertices' numbers.
+    /// Whether there are triangles that are not written because they are in holes.
+    pub(super) fn leaves_out_holes(&self) -> bool {
+        !self.options.holes && self.directory().metadata.hole_triangles > 0
+    }
+
+    /// How many triangles are written, by the directory.
+    pub(super) fn triangles(&self) -> u64 {
+        let metadata = &self.directory().metadata;
+        match self.leaves_out_holes() {
+            // The directory was refused if there are more in holes than in all.
+            true => metadata.triangles - metadata.hole_triangles,
+            false => metadata.triangles,
+        }
+    }
+
+    /// Whether a triangle is written with this tile.
+    pub(super) fn is_written(&self, tile: &Tile, triangle: u32) -> bool {
+        tile.owns(triangle) && !(self.leaves_out_holes() && tile.is_hole(triangle))
+    }
+
+    /// Hands out the triangles of a part that are written: their corners, and their vertices' numbers.
     pub(super) fn for_each_triangle(
         &self,
         Part { tile, range, .. }: &Part,
         mut take: impl FnMut([u32; 3], [u64; 3]) -> Result<(), String>,
     ) -> Result<(), String> {
         let start = self.start(tile);
-        for triangle in range.clone().filter(|&triangle| tile.owns(triangle)) {
+        for triangle in range.clone().filter(|&triangle| self.is_written(tile, triangle)) {
             let corners = tile.corners(triangle);
             let mut numbers = corners.map(|corner| start + u64::from(corner));
             for (corner, number) in corners.into_iter().zip(&mut numbers) {

@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use futures::stream::{self, Stream, StreamExt};
 
-use super::ExportError;
 use super::numbering::Numbering;
 use super::part::{Cut, PIECE_BYTES, Part};
-use crate::store::{Needs, Plan, ReadError, TileReader, spawn};
+use super::{ExportError, ExportOptions};
+use crate::store::{Needs, Plan, ReadError, TileId, TileReader, spawn};
 
 /// Bytes that are written at once, at least, but for the last.
 const BUFFER: usize = 1 << 20;
@@ -100,9 +100,13 @@ pub(super) struct Job<'a> {
 }
 
 impl<'a> Job<'a> {
-    pub(super) fn new(reader: &TileReader, progress: &'a mut (dyn FnMut(u64, u64) + Send)) -> Self {
+    pub(super) fn new(
+        reader: &TileReader,
+        options: ExportOptions,
+        progress: &'a mut (dyn FnMut(u64, u64) + Send),
+    ) -> Self {
         Self {
-            numbering: Arc::new(Numbering::new(reader)),
+            numbering: Arc::new(Numbering::new(reader, options)),
             progress,
             done: 0,
             total: 0,
@@ -151,11 +155,28 @@ impl<'a> Job<'a> {
                 spawn(move || numbering.cut(&Arc::new(tile), cut, &Arc::default())).await?
             }
         });
-        self.write_parts(output, tiles.buffered(plan.threads), plan, b"", format)
-            .await
+        let written = self
+            .write_parts(output, tiles.buffered(plan.threads), plan, b"", format)
+            .await?;
+        match cut {
+            Cut::Vertices => Ok(()),
+            Cut::Triangles => self.check_triangles(written),
+        }
     }
 
-    /// Writes what `format` makes of each part, with a separator between those of which it makes anything.
+    /// An error unless as many triangles were written as the directory, and so a header, says.
+    pub(super) fn check_triangles(&self, written: u64) -> Result<(), ExportError> {
+        let expected = self.numbering.triangles();
+        if written == expected {
+            return Ok(());
+        }
+        // Tiles have as many triangles as the directory says, so it errs on those in holes.
+        let reason = format!("{written} triangles are in no hole, and {expected} by the directory");
+        Err(self.reader().damaged(TileId(0), reason).into())
+    }
+
+    /// Writes what `format` makes of each part, with a separator between those of which it makes anything. Returns how many
+    /// triangles were written.
     pub(super) async fn write_parts<W, F>(
         &mut self,
         output: &mut Output<W>,
@@ -163,7 +184,7 @@ impl<'a> Job<'a> {
         plan: Plan,
         separator: &[u8],
         format: F,
-    ) -> Result<(), ExportError>
+    ) -> Result<u64, ExportError>
     where
         W: Write + Send + 'static,
         F: Fn(&Numbering, &Part, &mut Vec<u8>) -> Result<(), String> + Clone + Send + 'static,
@@ -173,22 +194,27 @@ impl<'a> Job<'a> {
             Ok(parts) => stream::iter(parts).map(Ok).left_stream(),
             Err(error) => stream::iter([Err(error)]).right_stream(),
         });
+        let mut before = 0;
         let pieces = parts.map(|part| {
             let (numbering, format) = (Arc::clone(&numbering), format.clone());
-            let piece = part.map(|part| {
+            let piece = part.map(|mut part| {
+                part.written_before = before;
+                before += u64::from(part.triangles);
                 spawn(move || {
                     let mut bytes = Vec::new();
                     let damaged = |reason| numbering.reader().damaged(part.tile.id(), reason);
                     format(&numbering, &part, &mut bytes).map_err(damaged)?;
-                    Ok::<_, ReadError>((bytes, part.is_last))
+                    Ok::<_, ReadError>((bytes, part.triangles, part.is_last))
                 })
             });
             async move { piece?.await? }
         });
         let mut pieces = pin!(pieces.buffered(plan.threads + PIECES_AHEAD));
         let mut first = true;
+        let mut written = 0;
         while let Some(piece) = pieces.next().await {
-            let (piece, ends_tile) = piece?;
+            let (piece, triangles, ends_tile) = piece?;
+            written += u64::from(triangles);
             if !piece.is_empty() {
                 if !first && !separator.is_empty() {
                     output.push(separator.to_vec()).await?;
@@ -200,6 +226,6 @@ impl<'a> Job<'a> {
                 self.advance();
             }
         }
-        Ok(())
+        Ok(written)
     }
 }

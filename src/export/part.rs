@@ -25,8 +25,10 @@ pub(super) struct Part {
     pub(super) tile: Arc<TileInPass>,
     /// Their numbers in the tile.
     pub(super) range: Range<u32>,
-    /// How many of the triangles before these belong to the tile.
-    pub(super) owned_before: u32,
+    /// How many of the triangles are to be written; 0 if the tile is cut by vertices.
+    pub(super) triangles: u32,
+    /// How many triangles were written before these, of all tiles.
+    pub(super) written_before: u64,
     /// Whether it is the last of its tile.
     pub(super) is_last: bool,
     /// The z of corners that other tiles own, if the format asks for them.
@@ -53,21 +55,24 @@ impl Numbering {
         let mut parts = Vec::new();
         for start in (0..count.max(1)).step_by(PART as usize) {
             let range = start..count.min(start.saturating_add(PART));
-            let of_part = match cut {
-                Cut::Vertices => 0,
-                Cut::Triangles => {
-                    let core = tile.core_triangle_count().clamp(range.start, range.end);
-                    core - range.start + (core..range.end).filter(|&t| tile.owns(t)).count() as u32
-                }
-            };
+            let mut triangles = 0;
+            if cut == Cut::Triangles {
+                let core = tile.core_triangle_count().clamp(range.start, range.end);
+                let of_part = core - range.start + (core..range.end).filter(|&t| tile.owns(t)).count() as u32;
+                owned += of_part;
+                triangles = match self.leaves_out_holes() {
+                    true => range.clone().filter(|&t| self.is_written(tile, t)).count() as u32,
+                    false => of_part,
+                };
+            }
             parts.push(Part {
                 tile: Arc::clone(tile),
                 is_last: range.end == count,
                 range,
-                owned_before: owned,
+                triangles,
+                written_before: 0,
                 foreign_z: Arc::clone(foreign_z),
             });
-            owned += of_part;
         }
         let expected = self.reader().directory().tiles[tile.id().0 as usize].owned_triangles;
         if cut == Cut::Triangles && owned != expected {

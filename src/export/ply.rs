@@ -43,9 +43,7 @@ pub(super) async fn write<W: Write + Send + 'static>(
         )));
     }
     let records = record_type(job, &metadata).await?;
-    output
-        .push(header(&metadata, &comments(&job.numbering), records))
-        .await?;
+    output.push(header(&metadata, &job.numbering, records)).await?;
     let vertices = move |numbering: &Numbering, part: &Part, out: &mut Vec<u8>| {
         let mut vertices = part.range.clone();
         vertices.try_for_each(|vertex| put_vertex(numbering, &part.tile, vertex, records, out))
@@ -89,9 +87,9 @@ async fn record_type(job: &mut Job<'_>, metadata: &Metadata) -> Result<RecordTyp
     Ok(fits(largest))
 }
 
-fn header(metadata: &Metadata, comments: &[String], records: RecordType) -> Vec<u8> {
+fn header(metadata: &Metadata, numbering: &Numbering, records: RecordType) -> Vec<u8> {
     let mut out = b"ply\nformat binary_little_endian 1.0\n".to_vec();
-    for comment in comments {
+    for comment in comments(numbering) {
         put(&mut out, format_args!("comment {comment}\n"));
     }
     let record = match records {
@@ -112,7 +110,8 @@ fn header(metadata: &Metadata, comments: &[String], records: RecordType) -> Vec<
              property uint vertex1\n\
              property uint vertex2\n\
              end_header\n",
-            metadata.vertices, metadata.triangles
+            metadata.vertices,
+            numbering.triangles()
         ),
     );
     out

@@ -104,7 +104,7 @@ impl Draft {
 
     async fn export(self, format: Format) -> Result<Exported<Vec<u8>>, ExportError> {
         let outputs = format.suffixes().iter().map(|_| Vec::new()).collect();
-        export(&self.open().await, format, outputs, |_, _| ()).await
+        export(&self.open().await, format, ExportOptions::default(), outputs, |_, _| ()).await
     }
 
     async fn says(self, format: Format, expected: &str) {

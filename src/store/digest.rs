@@ -46,7 +46,7 @@ pub struct Digest {
     pub vertices: DigestSum,
     /// Constraint edges, the hash of each from its lexicographically smaller end to the other.
     pub constraint_edges: DigestSum,
-    /// Triangles in holes. There are none as yet.
+    /// Triangles in holes, the hash of each as among all triangles.
     pub holes: DigestSum,
 }
 
@@ -57,15 +57,13 @@ impl Digest {
     }
 
     /// Adds a triangle, whose corners are counter-clockwise.
-    pub fn add_triangle(&mut self, [a, b, c]: [Point; 3]) {
-        let corners = if a.lex_cmp(b).is_lt() && a.lex_cmp(c).is_lt() {
-            [a, b, c]
-        } else if b.lex_cmp(c).is_lt() {
-            [b, c, a]
-        } else {
-            [c, a, b]
-        };
-        self.triangles.add(point_bytes(corners).as_flattened());
+    pub fn add_triangle(&mut self, corners: [Point; 3]) {
+        self.triangles.add(point_bytes(smallest_first(corners)).as_flattened());
+    }
+
+    /// Adds to the holes a triangle that was added to the triangles.
+    pub fn add_hole(&mut self, corners: [Point; 3]) {
+        self.holes.add(point_bytes(smallest_first(corners)).as_flattened());
     }
 
     /// Adds a constraint edge.
@@ -78,10 +76,24 @@ impl Digest {
         tile.points().for_each(|p| self.add_vertex(p));
         for triangle in tile.owned_triangles() {
             self.add_triangle(tile.triangle_points(triangle));
+            if tile.is_hole(triangle) {
+                self.add_hole(tile.triangle_points(triangle));
+            }
         }
         for side in tile.owned_constraints() {
             self.add_constraint_edge(tile.ends(side).map(|end| end.point));
         }
+    }
+}
+
+/// The corners from the lexicographically smallest on.
+fn smallest_first([a, b, c]: [Point; 3]) -> [Point; 3] {
+    if a.lex_cmp(b).is_lt() && a.lex_cmp(c).is_lt() {
+        [a, b, c]
+    } else if b.lex_cmp(c).is_lt() {
+        [b, c, a]
+    } else {
+        [c, a, b]
     }
 }
 

@@ -7,7 +7,7 @@ use flatbuffers::FlatBufferBuilder;
 
 use super::generated::directory as schema;
 use super::superblock::{FIRST_EXTENT, MAX_FLATBUFFER, Superblock};
-use super::{KdNode, KdTree, TileId};
+use super::{KdNode, KdTree, Metadata, TileId};
 use crate::geometry::Rect;
 
 /// Entries of one page. 88 bytes each, so a page is a few hundred kilobytes.
@@ -62,66 +62,6 @@ pub struct TileEntry {
     pub bounds: Rect,
 }
 
-/// A file that points came from.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Source {
-    /// Its name, without the folder.
-    pub name: String,
-    /// Records read from it, those left out included.
-    pub records: u64,
-}
-
-/// What is known of the whole file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Metadata {
-    /// The most vertices that the tiles were cut for.
-    pub tile_vertices: u32,
-    /// Vertices.
-    pub vertices: u64,
-    /// Triangles.
-    pub triangles: u64,
-    /// Edges with a triangle on one side only.
-    pub hull_edges: u64,
-    /// Points that came in.
-    pub points: u64,
-    /// Those of them that lay on another.
-    pub duplicates: u64,
-    /// Vertices that are an end of a segment, and no point of the input.
-    pub ends: u64,
-    /// Edges that are constraints.
-    pub constraint_edges: u64,
-    /// Whether vertices have a z.
-    pub has_z: bool,
-    /// Around all vertices.
-    pub bounds: Rect,
-    /// Where the points came from, in order.
-    pub sources: Vec<Source>,
-    /// Coordinate reference system, as the input named it.
-    pub crs: Option<String>,
-    /// The program that wrote the file.
-    pub producer: String,
-}
-
-impl Default for Metadata {
-    fn default() -> Self {
-        Self {
-            tile_vertices: 0,
-            vertices: 0,
-            triangles: 0,
-            hull_edges: 0,
-            points: 0,
-            duplicates: 0,
-            ends: 0,
-            constraint_edges: 0,
-            has_z: false,
-            bounds: Rect::EMPTY,
-            sources: Vec::new(),
-            crs: None,
-            producer: concat!("delaunay-tiles ", env!("CARGO_PKG_VERSION")).to_owned(),
-        }
-    }
-}
-
 /// The whole directory of a tile file, in memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Directory {
@@ -155,45 +95,13 @@ impl Directory {
     }
 
     fn encode_root(&self, pages: Vec<schema::PageExtent>) -> Vec<u8> {
-        let m = &self.metadata;
         let mut builder = FlatBufferBuilder::new();
         let nodes: Vec<_> = self.tree.nodes().iter().map(encode_node).collect();
-        let nodes = Some(builder.create_vector(&nodes));
-        let pages = Some(builder.create_vector(&pages));
-        let sources: Vec<_> = m
-            .sources
-            .iter()
-            .map(|source| {
-                let name = Some(builder.create_string(&source.name));
-                let records = source.records;
-                schema::Source::create(&mut builder, &schema::SourceArgs { name, records })
-            })
-            .collect();
-        let sources = Some(builder.create_vector(&sources));
-        let crs = m.crs.as_ref().map(|crs| builder.create_string(crs));
-        let producer = Some(builder.create_string(&m.producer));
-        let args = schema::DirectoryArgs {
-            tiles: self.tiles.len() as u32,
-            tile_vertices: m.tile_vertices,
-            vertices: m.vertices,
-            triangles: m.triangles,
-            hull_edges: m.hull_edges,
-            points: m.points,
-            duplicates: m.duplicates,
-            has_z: m.has_z,
-            min_x: m.bounds.min_x,
-            min_y: m.bounds.min_y,
-            max_x: m.bounds.max_x,
-            max_y: m.bounds.max_y,
-            nodes,
-            pages,
-            sources,
-            crs,
-            producer,
-            ends: m.ends,
-            constraint_edges: m.constraint_edges,
-        };
-        let root = schema::Directory::create(&mut builder, &args);
+        let nodes = builder.create_vector(&nodes);
+        let pages = builder.create_vector(&pages);
+        let root = self
+            .metadata
+            .encode(&mut builder, self.tiles.len() as u32, nodes, pages);
         builder.finish(root, None);
         padded(builder.finished_data())
     }
@@ -246,38 +154,12 @@ impl Directory {
         if stored > superblock.file_length {
             return Err(format!("its tiles take {stored} bytes, more than the file has"));
         }
-        let metadata = decode_metadata(root);
+        let metadata = Metadata::decode(root)?;
         let sum = |count: fn(&TileEntry) -> u32| tiles.iter().map(|t| u64::from(count(t))).sum::<u64>();
         if sum(|t| t.vertices) != metadata.vertices || sum(|t| t.owned_triangles) != metadata.triangles {
             return Err("the counts of its tiles do not add up".to_owned());
         }
         Ok(Self { metadata, tree, tiles })
-    }
-}
-
-fn decode_metadata(root: schema::Directory<'_>) -> Metadata {
-    Metadata {
-        tile_vertices: root.tile_vertices(),
-        vertices: root.vertices(),
-        triangles: root.triangles(),
-        hull_edges: root.hull_edges(),
-        points: root.points(),
-        duplicates: root.duplicates(),
-        ends: root.ends(),
-        constraint_edges: root.constraint_edges(),
-        has_z: root.has_z(),
-        bounds: Rect::new(root.min_x(), root.min_y(), root.max_x(), root.max_y()),
-        sources: root.sources().map_or_else(Vec::new, |sources| {
-            sources
-                .iter()
-                .map(|source| Source {
-                    name: source.name().to_owned(),
-                    records: source.records(),
-                })
-                .collect()
-        }),
-        crs: root.crs().map(str::to_owned),
-        producer: root.producer().unwrap_or_default().to_owned(),
     }
 }
 
@@ -438,7 +320,7 @@ mod tests {
 
     #[test]
     fn many_sources_with_short_names_are_read() {
-        let source = |i: u64| Source {
+        let source = |i: u64| crate::store::Source {
             name: "a".repeat(i as usize % 2),
             records: i,
         };

@@ -14,6 +14,27 @@ pub enum LineKind {
     Obstacle,
 }
 
+impl LineKind {
+    /// As a number that fits a file.
+    pub(crate) const fn to_code(self) -> u8 {
+        match self {
+            Self::BreakLine => 0,
+            Self::Wall => 1,
+            Self::Obstacle => 2,
+        }
+    }
+
+    /// From such a number, if it is one.
+    pub(crate) const fn from_code(code: u8) -> Option<Self> {
+        match code {
+            0 => Some(Self::BreakLine),
+            1 => Some(Self::Wall),
+            2 => Some(Self::Obstacle),
+            _ => None,
+        }
+    }
+}
+
 impl fmt::Display for LineKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -92,13 +113,11 @@ impl EdgeSource {
     }
 
     /// As a number that fits a file.
-    #[allow(dead_code, reason = "tiles will hold them")]
     pub(crate) const fn to_bits(self) -> u64 {
         self.0
     }
 
     /// From such a number.
-    #[allow(dead_code, reason = "tiles will hold them")]
     pub(crate) const fn from_bits(bits: u64) -> Self {
         Self(bits)
     }

@@ -1,11 +1,11 @@
 //! Tiles to bytes.
 
 use bytes::Bytes;
-use flatbuffers::FlatBufferBuilder;
+use flatbuffers::{FlatBufferBuilder, Vector, WIPOffset};
 
 use super::generated::tile as schema;
 use super::packed::{self, mark};
-use super::{TileId, VertexId};
+use super::{Component, EdgeSource, TileId, VertexId};
 use crate::geometry::Point;
 use crate::io::Buffers;
 
@@ -15,6 +15,12 @@ pub(crate) const NOT_IN_CORE: u64 = mark(0);
 pub(crate) const HULL: u64 = mark(0);
 /// A neighbour without a vertex in the tile.
 pub(crate) const ELSEWHERE: u64 = mark(1);
+
+/// In the byte that a draft has for a triangle's sides: the first of the three bits for walls.
+pub(crate) const WALL_BITS: u32 = 3;
+
+type PackedOffset<'b> = WIPOffset<schema::Packed<'b>>;
+type BitsOffset<'b> = WIPOffset<Vector<'b, u8>>;
 
 /// What a core is made of.
 #[derive(Debug, Default)]
@@ -29,8 +35,17 @@ pub(crate) struct CoreDraft {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// Sides across, or [`NONE`](crate::mesh::NONE).
     pub(crate) neighbours: Vec<[u32; 3]>,
-    /// For each triangle a bit for each side that is a constraint; or nothing, if none is.
+    /// For each triangle a bit for each side that is a constraint, and from
+    /// [`WALL_BITS`] on one for each that is a wall; or nothing, if none is.
     pub(crate) constraints: Vec<u8>,
+    /// For each triangle its component: connected within the core without passing a constraint; or nothing, if there is one.
+    pub(crate) components: Vec<u32>,
+    /// For edges between two triangles of the core that are constraints: the smaller side, and a source as seen along it. In order.
+    pub(crate) edge_sources: Vec<(u32, EdgeSource)>,
+    /// Pairs (vertex, number of the site there) in order.
+    pub(crate) sites: Vec<(u32, u64)>,
+    /// The ids of the sites, empty where the number is the id; or nothing, if it is for all.
+    pub(crate) site_ids: Vec<String>,
 }
 
 /// What a border is made of.
@@ -50,8 +65,15 @@ pub(crate) struct BorderDraft {
     pub(crate) core_links: Vec<(u32, u32)>,
     /// Pairs (vertex, side that starts there) in order.
     pub(crate) vertex_sides: Vec<(u32, u32)>,
-    /// For each triangle a bit for each side that is a constraint; or nothing, if none is.
+    /// As in the core.
     pub(crate) constraints: Vec<u8>,
+    /// For each triangle its component, a place in `regions`; or nothing, if there is one.
+    pub(crate) components: Vec<u32>,
+    /// The components of the tile, those of the core first; or nothing, if there is one, and it is of region 0 and free.
+    pub(crate) regions: Vec<Component>,
+    /// For edges that belong to the tile and are constraints, but for those between two triangles of the core: the smaller
+    /// side that the tile knows, numbered through core and border, and a source as seen along it. In order.
+    pub(crate) edge_sources: Vec<(u32, EdgeSource)>,
 }
 
 impl CoreDraft {
@@ -63,6 +85,10 @@ impl CoreDraft {
         self.triangles.clear();
         self.neighbours.clear();
         self.constraints.clear();
+        self.components.clear();
+        self.edge_sources.clear();
+        self.sites.clear();
+        self.site_ids.clear();
     }
 
     /// The FlatBuffer of the core, in one of these buffers.
@@ -89,7 +115,25 @@ impl CoreDraft {
         let z = (!self.z.is_empty()).then(|| builder.create_vector(&self.z));
         let coordinates: Vec<f64> = self.points.iter().flat_map(|p| [p.x, p.y]).collect();
         let coordinates = builder.create_vector(&coordinates);
-        let constraints = constraint_bits(&self.constraints).map(|bits| builder.create_vector(&bits));
+        let constraints = side_bits(&mut builder, &self.constraints, 0);
+        let walls = side_bits(&mut builder, &self.constraints, WALL_BITS);
+        let components = optional(&mut builder, self.components.iter().map(|&c| c.into()));
+        let [edge_sides, edge_sources] = edge_sources(&mut builder, &self.edge_sources);
+        let sites = (!self.sites.is_empty()).then(|| {
+            let largest = self.sites.iter().map(|&(_, number)| number).max().unwrap_or(0);
+            let pairs: Vec<u64> = self.sites.iter().flat_map(|&(v, number)| [v.into(), number]).collect();
+            packed::write(&mut builder, pairs.into_iter(), largest.max(vertices), 0)
+        });
+        let ids = (!self.site_ids.is_empty()).then(|| {
+            let text = self.site_ids.concat();
+            let ends = self.site_ids.iter().scan(0, |end, id| {
+                *end += id.len() as u64;
+                Some(*end)
+            });
+            let ends: Vec<u64> = ends.collect();
+            let ends = packed::write(&mut builder, ends.into_iter(), text.len() as u64, 0);
+            (ends, builder.create_string(&text))
+        });
         let args = schema::CoreArgs {
             tile: tile.0,
             generation,
@@ -101,6 +145,13 @@ impl CoreDraft {
             neighbours: Some(neighbours),
             vertex_sides: Some(vertex_sides),
             constraints,
+            walls,
+            components,
+            edge_sides,
+            edge_sources,
+            sites,
+            site_ids: ids.map(|(_, text)| text),
+            site_id_ends: ids.map(|(ends, _)| ends),
         };
         let root = schema::Core::create(&mut builder, &args);
         builder.finish(root, None);
@@ -134,7 +185,17 @@ impl BorderDraft {
             .map(|&(id, p)| schema::ForeignVertex::new(p.x, p.y, id.tile.0, id.index))
             .collect();
         let foreign = builder.create_vector(&foreign);
-        let constraints = constraint_bits(&self.constraints).map(|bits| builder.create_vector(&bits));
+        let constraints = side_bits(&mut builder, &self.constraints, 0);
+        let walls = side_bits(&mut builder, &self.constraints, WALL_BITS);
+        let components = optional(&mut builder, self.components.iter().map(|&c| c.into()));
+        let [edge_sides, edge_sources] = edge_sources(&mut builder, &self.edge_sources);
+        let regions = (self.regions[..] != [Component::default()] && !self.regions.is_empty()).then(|| {
+            let largest = self.regions.iter().map(|c| c.region).max().unwrap_or(0);
+            packed::write(&mut builder, self.regions.iter().map(|c| c.region), largest, 0)
+        });
+        let depths = self.regions.iter().map(|c| zigzag(c.depth));
+        let depths = optional(&mut builder, depths);
+        let holes = bits(&mut builder, self.regions.iter().map(|c| c.is_hole));
         let args = schema::BorderArgs {
             tile: tile.0,
             generation,
@@ -144,6 +205,13 @@ impl BorderDraft {
             core_links: Some(core_links),
             vertex_sides: Some(vertex_sides),
             constraints,
+            walls,
+            regions,
+            components,
+            depths,
+            holes,
+            edge_sides,
+            edge_sources,
         };
         let root = schema::Border::create(&mut builder, &args);
         builder.finish(root, None);
@@ -151,18 +219,53 @@ impl BorderDraft {
     }
 }
 
-/// A bit for each side, from three for each triangle; none if no side is a constraint.
-fn constraint_bits(triangles: &[u8]) -> Option<Vec<u8>> {
-    if triangles.iter().all(|&sides| sides == 0) {
+/// A bit for each side, from three for each triangle, which start at bit `first`.
+fn side_bits<'b>(builder: &mut FlatBufferBuilder<'b>, triangles: &[u8], first: u32) -> Option<BitsOffset<'b>> {
+    let sides = triangles
+        .iter()
+        .flat_map(|sides| (first..first + 3).map(move |bit| sides >> bit & 1 == 1));
+    bits(builder, sides)
+}
+
+/// Bits, from the lowest of the first byte on; none if none is set.
+fn bits<'b>(builder: &mut FlatBufferBuilder<'b>, values: impl Iterator<Item = bool> + Clone) -> Option<BitsOffset<'b>> {
+    if !values.clone().any(|bit| bit) {
         return None;
     }
-    let mut bits = vec![0u8; (3 * triangles.len()).div_ceil(8)];
-    for (sides, first) in triangles.iter().zip((0..).step_by(3)) {
-        for side in (0..3).filter(|s| sides >> s & 1 == 1).map(|s| first + s) {
-            bits[side / 8] |= 1 << (side % 8);
+    let mut bytes: Vec<u8> = Vec::new();
+    for (value, place) in values.zip(0..) {
+        if place % 8 == 0 {
+            bytes.push(0);
         }
+        bytes[place / 8] |= u8::from(value) << (place % 8);
     }
-    Some(bits)
+    Some(builder.create_vector(&bytes))
+}
+
+/// Values in as few bytes as the largest needs; none if all are 0.
+fn optional<'b>(
+    builder: &mut FlatBufferBuilder<'b>,
+    values: impl ExactSizeIterator<Item = u64> + Clone,
+) -> Option<PackedOffset<'b>> {
+    let largest = values.clone().max().filter(|&largest| largest > 0)?;
+    Some(packed::write(builder, values, largest, 0))
+}
+
+/// Sides and the sources of their edges.
+fn edge_sources<'b>(builder: &mut FlatBufferBuilder<'b>, edges: &[(u32, EdgeSource)]) -> [Option<PackedOffset<'b>>; 2] {
+    if edges.is_empty() {
+        return [None; 2];
+    }
+    let mut write = |values: &dyn Fn(&(u32, EdgeSource)) -> u64| {
+        let largest = edges.iter().map(values).max().unwrap_or(0);
+        Some(packed::write(builder, edges.iter().map(values), largest, 0))
+    };
+    [write(&|edge| edge.0.into()), write(&|edge| edge.1.to_bits())]
+}
+
+/// A signed number as an unsigned one, small if it is close to 0.
+fn zigzag(value: i32) -> u64 {
+    ((value << 1) ^ (value >> 31)) as u32 as u64
 }
 
 /// The finished bytes, without a copy: they lie at the end of the builder's buffer.

@@ -1,6 +1,6 @@
 //! The k-d tree: the partition of the plane into cells, the order of the tiles, the index of the directory.
 
-use crate::geometry::{Point, Rect};
+use crate::geometry::{Point, Rect, segment_meets};
 use crate::store::TileId;
 
 /// A node of the k-d tree.
@@ -156,6 +156,39 @@ impl KdTree {
         }
     }
 
+    /// Gives the tiles whose closed cells a segment meets, if the root's cell is this one.
+    pub(crate) fn tiles_along(&self, root: Rect, ends: [Point; 2], mut take: impl FnMut(TileId)) {
+        let [a, b] = ends;
+        let mut open = Vec::new();
+        if !self.nodes.is_empty() && segment_meets(ends, root) {
+            open.push((0u32, root));
+        }
+        while let Some((node, cell)) = open.pop() {
+            let (cut, right, [from, to], low, high) = match self.nodes[node as usize] {
+                KdNode::X { cut, right } => {
+                    let (low, high) = (Rect { max_x: cut, ..cell }, Rect { min_x: cut, ..cell });
+                    (cut, right, [a.x, b.x], low, high)
+                }
+                KdNode::Y { cut, right } => {
+                    let (low, high) = (Rect { max_y: cut, ..cell }, Rect { min_y: cut, ..cell });
+                    (cut, right, [a.y, b.y], low, high)
+                }
+                KdNode::Leaf(tile) => {
+                    take(tile);
+                    continue;
+                }
+            };
+            // It meets this cell. If it lies on one side of the cut, then also that side's cell.
+            let is_parted = from.min(to) <= cut && cut <= from.max(to);
+            for (child, cell, is_reached) in [(right, high, from.max(to) >= cut), (node + 1, low, from.min(to) <= cut)]
+            {
+                if is_reached && (!is_parted || segment_meets(ends, cell)) {
+                    open.push((child, cell));
+                }
+            }
+        }
+    }
+
     /// The cell of every node, in preorder. Outer sides are infinite.
     #[must_use]
     pub fn node_cells(&self) -> Vec<Rect> {
@@ -188,7 +221,12 @@ impl KdTree {
     /// The cell of every tile, in order. Outer sides are infinite.
     #[must_use]
     pub fn cells(&self) -> Vec<Rect> {
-        let cells = self.node_cells().into_iter().zip(&self.nodes);
+        self.cells_within(Rect::PLANE)
+    }
+
+    /// The cell of every tile, in order, if the root's is this one.
+    pub(crate) fn cells_within(&self, root: Rect) -> Vec<Rect> {
+        let cells = self.node_cells_within(root).into_iter().zip(&self.nodes);
         cells
             .filter(|(_, node)| matches!(node, KdNode::Leaf(_)))
             .map(|(cell, _)| cell)
@@ -229,6 +267,26 @@ mod tests {
         // Left of the upper tree's second leaf's cuts.
         assert_eq!(whole.tile_at(Point::new(1.5, 4.0)), Some(TileId(2)));
         assert_eq!(whole.tile_at(Point::new(1.5, 6.0)), Some(TileId(4)));
+    }
+
+    #[test]
+    fn segments_meet_the_tiles_whose_cells_they_touch() {
+        let tree = KdTree::new(tree()).unwrap();
+        let root = Rect::new(-4.0, 0.0, 6.0, 10.0);
+        let cells = tree.cells_within(root);
+        let mut most = 0;
+        for number in 0..9u32.pow(4) {
+            let at = |place: u32| f64::from(number / 9u32.pow(place) % 9) * 2.0 - 5.0;
+            let ends = [Point::new(at(0), at(1) + 5.0), Point::new(at(2), at(3) + 5.0)];
+            let mut found = Vec::new();
+            tree.tiles_along(root, ends, |tile| found.push(tile.0));
+            let touched = (0..).zip(&cells).filter(|(_, cell)| segment_meets(ends, **cell));
+            let touched: Vec<u32> = touched.map(|(tile, _)| tile).collect();
+            assert_eq!(found, touched, "{ends:?}");
+            most = most.max(found.len());
+        }
+        assert_eq!(most, 3);
+        KdTree::default().tiles_along(root, [Point::default(); 2], |_| panic!("there are no tiles"));
     }
 
     #[test]

@@ -60,9 +60,23 @@ impl Packed {
         u64::from_le_bytes(word) & self.mask
     }
 
-    pub(crate) fn iter(&self) -> impl ExactSizeIterator<Item = u64> {
+    pub(crate) fn iter(&self) -> impl ExactSizeIterator<Item = u64> + Clone {
         (0..self.len).map(|i| self.get(i))
     }
+}
+
+/// How many of so many things, all of them before the others, are `before` something.
+pub(crate) fn partition_point(count: usize, before: impl Fn(usize) -> bool) -> usize {
+    let (mut low, mut high) = (0, count);
+    while low < high {
+        let middle = (low + high) / 2;
+        if before(middle) {
+            low = middle + 1;
+        } else {
+            high = middle;
+        }
+    }
+    low
 }
 
 /// The mark that stands for the `distance`-th largest value of any width; [`write`] translates it.

@@ -224,12 +224,30 @@ impl TileReader {
         compute: F,
     ) -> Result<impl Stream<Item = Result<T, ReadError>> + Send + Unpin + use<T, F>, ReadError> {
         let plan = self.plan(needs)?;
-        let tasks = self.pass(self.tile_ids(), plan).map(move |tile| {
+        let all = self.tile_ids().into_iter().map(|id| (id, ())).collect();
+        Ok(self.for_some_tiles(all, plan, move |tile, ()| compute(tile)))
+    }
+
+    /// The same for some tiles, each with what it is to be computed with.
+    pub(crate) fn for_some_tiles<G, T, F>(
+        &self,
+        tiles: Vec<(TileId, G)>,
+        plan: Plan,
+        compute: F,
+    ) -> impl Stream<Item = Result<T, ReadError>> + Send + Unpin + use<G, T, F>
+    where
+        G: Send + 'static,
+        T: Send + 'static,
+        F: Fn(TileInPass, G) -> T + Clone + Send + 'static,
+    {
+        let (tiles, given): (Vec<TileId>, Vec<G>) = tiles.into_iter().unzip();
+        let tiles = self.pass(tiles, plan).zip(stream::iter(given));
+        let tasks = tiles.map(move |(tile, given)| {
             let compute = compute.clone();
-            let task = tile.map(|tile| spawn(move || compute(tile)));
+            let task = tile.map(|tile| spawn(move || compute(tile, given)));
             async move { task?.await }
         });
-        Ok(tasks.buffered(plan.threads).boxed())
+        tasks.buffered(plan.threads).boxed()
     }
 }
 

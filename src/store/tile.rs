@@ -1,15 +1,25 @@
 //! A tile in memory: its two FlatBuffers, checked once, read in place.
 
+mod open;
+mod regions;
+mod sides;
+mod sites;
+#[cfg(test)]
+mod tests;
+
 use std::fmt;
 
 use bytes::Bytes;
 
-use super::directory::{check_crc, verified};
-use super::generated::tile as schema;
-use super::packed::Packed;
-use super::{TileEntry, TileId, VertexId};
+use super::packed::{Packed, partition_point};
+use super::{EdgeSource, TileEntry, TileId, VertexId};
 use crate::geometry::Point;
 use crate::mesh::next_side;
+pub(crate) use regions::Component;
+use regions::Regions;
+use sides::{SideBits, Sources};
+pub use sites::Site;
+use sites::Sites;
 
 /// A vertex: its number, and where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,134 +63,18 @@ pub struct Tile {
     border_neighbours: Packed,
     core_links: Packed,
     border_vertex_sides: Packed,
-    /// Bits of the sides of the core, and of the border; empty if none is a constraint.
-    constraints: [Bytes; 2],
+    /// Of the sides of the core, and of the border.
+    side_bits: [SideBits; 2],
+    /// Of the edges between two triangles of the core, and of the others that belong to the tile.
+    sources: [Option<Sources>; 2],
+    regions: Regions,
+    sites: Option<Sites>,
 }
 
 /// Bytes of a foreign vertex in a border.
 const FOREIGN: usize = 24;
 
 impl Tile {
-    /// Checks the bytes of a tile against its entry, and every index in them; an error says what is wrong.
-    pub(crate) fn open(id: TileId, entry: &TileEntry, core: &Bytes, border: &Bytes) -> Result<Self, String> {
-        check_crc("the core", core, entry.core.crc)?;
-        check_crc("the border", border, entry.border.crc)?;
-        let core_table: schema::Core<'_> = verified(core, "the core")?;
-        let border_table: schema::Border<'_> = verified(border, "the border")?;
-        for (part, tile, generation) in [
-            ("core", core_table.tile(), core_table.generation()),
-            ("border", border_table.tile(), border_table.generation()),
-        ] {
-            if (tile, generation) != (id.0, entry.generation) {
-                return Err(format!("the {part} is that of tile {tile}, generation {generation}"));
-            }
-        }
-        let open = |buffer: &Bytes, what: &str, table| Packed::open(buffer, table).map_err(|e| format!("{what}: {e}"));
-        let this = Self {
-            id,
-            coordinates: core.slice_ref(core_table.coordinates().bytes()),
-            z: core_table.z().map(|z| core.slice_ref(z.bytes())),
-            first_record: core_table.first_record(),
-            records: open(core, "records", core_table.records())?,
-            triangles: open(core, "triangles", core_table.triangles())?,
-            neighbours: open(core, "neighbours", core_table.neighbours())?,
-            vertex_sides: open(core, "vertex sides", core_table.vertex_sides())?,
-            foreign: border.slice_ref(border_table.foreign().bytes()),
-            border_triangles: open(border, "border triangles", border_table.triangles())?,
-            border_neighbours: open(border, "border neighbours", border_table.neighbours())?,
-            core_links: open(border, "core links", border_table.core_links())?,
-            border_vertex_sides: open(border, "border vertex sides", border_table.vertex_sides())?,
-            constraints: [
-                core_table
-                    .constraints()
-                    .map_or_else(Bytes::new, |bits| core.slice_ref(bits.bytes())),
-                border_table
-                    .constraints()
-                    .map_or_else(Bytes::new, |bits| border.slice_ref(bits.bytes())),
-            ],
-        };
-        this.check(entry)?;
-        Ok(this)
-    }
-
-    /// Checks lengths and ranges, so that nothing panics later.
-    fn check(&self, entry: &TileEntry) -> Result<(), String> {
-        let vertices = entry.vertices as usize;
-        let (core, border) = (entry.core_triangles as usize, entry.border_triangles as usize);
-        let bits = |part: usize, triangles: usize| match self.constraints[part].is_empty() {
-            true => 0,
-            false => (3 * triangles).div_ceil(8),
-        };
-        for (what, found, expected) in [
-            ("coordinates", self.coordinates.len(), 16 * vertices),
-            ("z", self.z.as_ref().map_or(8 * vertices, Bytes::len), 8 * vertices),
-            ("records", self.records.len(), vertices),
-            ("corners of the core", self.triangles.len(), 3 * core),
-            ("neighbours of the core", self.neighbours.len(), 3 * core),
-            ("vertex sides", self.vertex_sides.len(), vertices),
-            ("corners of the border", self.border_triangles.len(), 3 * border),
-            ("neighbours of the border", self.border_neighbours.len(), 3 * border),
-            ("bytes of constraints", self.constraints[0].len(), bits(0, core)),
-            (
-                "bytes of constraints of the border",
-                self.constraints[1].len(),
-                bits(1, border),
-            ),
-            ("half links", self.core_links.len() % 2, 0),
-            ("half vertex sides", self.border_vertex_sides.len() % 2, 0),
-        ] {
-            if found != expected {
-                return Err(format!("there are {found} {what}, not {expected}"));
-            }
-        }
-        let corners = (vertices + self.foreign_count()) as u64;
-        let core_sides = 3 * core as u64;
-        let sides = core_sides + 3 * border as u64;
-        let below = |what: &str, values: &Packed, limit: u64, marks: u64| {
-            let first_mark = if marks == 0 {
-                u64::MAX
-            } else {
-                values.largest() - (marks - 1)
-            };
-            match values.iter().find(|&v| v >= limit && v < first_mark) {
-                Some(value) => Err(format!("{what} {value} is beyond {limit}")),
-                None => Ok(()),
-            }
-        };
-        below("corner", &self.triangles, vertices as u64, 0)?;
-        below("neighbour", &self.neighbours, core_sides, 1)?;
-        below("vertex side", &self.vertex_sides, core_sides, 1)?;
-        below("border corner", &self.border_triangles, corners, 0)?;
-        below("border neighbour", &self.border_neighbours, sides, 2)?;
-        let pairs = |values: &Packed| -> Vec<(u64, u64)> {
-            (0..values.len() / 2)
-                .map(|i| (values.get(2 * i), values.get(2 * i + 1)))
-                .collect()
-        };
-        for (what, values, keys) in [
-            ("core link", &self.core_links, core_sides),
-            ("border vertex side", &self.border_vertex_sides, vertices as u64),
-        ] {
-            let pairs = pairs(values);
-            let in_range = pairs.iter().all(|&(key, side)| key < keys && side < sides);
-            if !in_range || !pairs.is_sorted_by(|a, b| a.0 < b.0) {
-                return Err(format!("a {what} is out of range or out of order"));
-            }
-        }
-        if self.records.iter().any(|r| self.first_record.checked_add(r).is_none()) {
-            return Err("a record number exceeds 64 bits".to_owned());
-        }
-        let points = (0..corners as usize).map(|corner| self.corner_point(corner));
-        let negative_zero = |v: f64| v == 0.0 && v.is_sign_negative();
-        match points
-            .zip(0..)
-            .find(|(p, _)| !p.is_valid() || negative_zero(p.x) || negative_zero(p.y))
-        {
-            Some((p, corner)) => Err(format!("corner {corner} is at ({}, {})", p.x, p.y)),
-            None => Ok(()),
-        }
-    }
-
     /// The number of the tile.
     #[must_use]
     pub fn id(&self) -> TileId {
@@ -227,7 +121,10 @@ impl Tile {
             + self.coordinates.len()
             + self.z.as_ref().map_or(0, Bytes::len)
             + self.foreign.len()
-            + self.constraints.iter().map(Bytes::len).sum::<usize>()
+            + self.side_bits.iter().map(SideBits::byte_size).sum::<usize>()
+            + self.sources.iter().flatten().map(Sources::byte_size).sum::<usize>()
+            + self.regions.byte_size()
+            + self.sites.as_ref().map_or(0, Sites::byte_size)
             + packed.iter().map(|p| p.byte_size()).sum::<usize>()
     }
 
@@ -359,13 +256,105 @@ impl Tile {
     /// Whether a side is on a constraint.
     #[must_use]
     pub fn is_constraint(&self, side: u32) -> bool {
+        let (bits, side) = self.side_bits(side);
+        bits.is_constraint(side)
+    }
+
+    /// Whether a side is on a wall: a constraint that blocks the way.
+    #[must_use]
+    pub fn is_wall(&self, side: u32) -> bool {
+        let (bits, side) = self.side_bits(side);
+        bits.is_wall(side)
+    }
+
+    /// The bits of the core or of the border, and the place of a side in them.
+    fn side_bits(&self, side: u32) -> (&SideBits, usize) {
         assert!(side < 3 * self.triangle_count(), "tile {} has no side {side}", self.id);
         let side = side as usize;
-        let (bits, side) = match side.checked_sub(self.triangles.len()) {
-            None => (&self.constraints[0], side),
-            Some(side) => (&self.constraints[1], side),
+        match side.checked_sub(self.triangles.len()) {
+            None => (&self.side_bits[0], side),
+            Some(side) => (&self.side_bits[1], side),
+        }
+    }
+
+    /// Why the edge of a side is a constraint: the lines along it, as seen in the direction of the side.
+    ///
+    /// None if it is no constraint, or belongs to another tile: to that of its lexicographically smaller end.
+    pub fn edge_sources(&self, side: u32) -> impl Iterator<Item = EdgeSource> {
+        let other = match self.across(side) {
+            Across::Side(other) => other,
+            Across::Elsewhere | Across::Hull => side,
         };
-        bits.get(side / 8).is_some_and(|byte| byte >> (side % 8) & 1 == 1)
+        let in_core = matches!(self.across(side), Across::Side(_)) && side.max(other) < 3 * self.core_triangle_count();
+        let entered = side.min(other);
+        let sources = self.sources[usize::from(!in_core)].as_ref();
+        let sources = sources.into_iter().flat_map(move |sources| sources.of(entered));
+        sources.map(move |source| if side == entered { source } else { source.reversed() })
+    }
+
+    /// How many edges the tile has sources for.
+    pub(crate) fn edges_with_sources(&self) -> usize {
+        self.sources.iter().flatten().map(Sources::edge_count).sum()
+    }
+
+    /// The number of the region that a triangle belongs to: what is connected without passing a constraint. 0 in files
+    /// that know no regions.
+    #[must_use]
+    pub fn region(&self, triangle: u32) -> u64 {
+        self.component(triangle).region
+    }
+
+    /// By how many obstacles a triangle is covered.
+    #[must_use]
+    pub fn depth(&self, triangle: u32) -> i32 {
+        self.component(triangle).depth
+    }
+
+    /// Whether a triangle belongs to a hole.
+    #[must_use]
+    pub fn is_hole(&self, triangle: u32) -> bool {
+        self.component(triangle).is_hole
+    }
+
+    /// What is true of a triangle and all that it is connected with in the tile.
+    pub(crate) fn component(&self, triangle: u32) -> Component {
+        self.component_at(self.component_number(triangle))
+    }
+
+    /// The number of the component that a triangle belongs to.
+    pub(crate) fn component_number(&self, triangle: u32) -> u32 {
+        let count = self.triangle_count();
+        assert!(triangle < count, "tile {} has no triangle {triangle}", self.id);
+        self.regions.number(triangle as usize) as u32
+    }
+
+    /// What is true of a component, by its number.
+    pub(crate) fn component_at(&self, number: u32) -> Component {
+        self.regions.component(number as usize)
+    }
+
+    /// How many components there are: one at least.
+    pub(crate) fn component_count(&self) -> u32 {
+        self.regions.count() as u32
+    }
+
+    /// The sites at the tile's vertices, by vertex and number. There may be several at one vertex.
+    pub fn sites(&self) -> impl Iterator<Item = Site<'_>> {
+        let sites = self.sites.iter();
+        sites.flat_map(|sites| (0..sites.len()).map(|place| sites.get(place)))
+    }
+
+    /// How many sites there are at the tile's vertices.
+    #[must_use]
+    pub fn site_count(&self) -> u32 {
+        self.sites.as_ref().map_or(0, |sites| sites.len() as u32)
+    }
+
+    /// Whether a site lies at a vertex of the tile.
+    #[must_use]
+    pub fn is_site(&self, vertex: u32) -> bool {
+        assert!(vertex < self.vertex_count(), "tile {} has no vertex {vertex}", self.id);
+        self.sites.as_ref().is_some_and(|sites| sites.is_site(vertex))
     }
 
     /// The sides of the tile that are on constraint edges which belong to it, one for each.
@@ -376,7 +365,7 @@ impl Tile {
             // Both ends are other tiles'.
             Across::Elsewhere => false,
         };
-        let any = self.constraints.iter().any(|bits| !bits.is_empty());
+        let any = self.side_bits.iter().any(SideBits::any);
         let sides = 0..if any { 3 * self.triangle_count() } else { 0 };
         sides.filter(move |&side| {
             self.is_constraint(side) && is_first(side) && {
@@ -416,20 +405,9 @@ impl fmt::Debug for Tile {
 
 /// Looks up a key in sorted pairs.
 fn find(pairs: &Packed, key: u64) -> Option<u32> {
-    let (mut low, mut high) = (0, pairs.len() / 2);
-    while low < high {
-        let middle = (low + high) / 2;
-        let found = pairs.get(2 * middle);
-        if found == key {
-            return Some(pairs.get(2 * middle + 1) as u32);
-        }
-        if found < key {
-            low = middle + 1;
-        } else {
-            high = middle;
-        }
-    }
-    None
+    let place = partition_point(pairs.len() / 2, |place| pairs.get(2 * place) < key);
+    let found = place < pairs.len() / 2 && pairs.get(2 * place) == key;
+    found.then(|| pairs.get(2 * place + 1) as u32)
 }
 
 fn f64_at(bytes: &[u8], at: usize) -> f64 {

@@ -8,7 +8,7 @@ use std::error::Error;
 use std::io::{self, Write};
 
 use delaunay_tiles::build::BuildOptions;
-use delaunay_tiles::export::{ExportError, Exported, Format, export};
+use delaunay_tiles::export::{ExportError, ExportOptions, Exported, Format, export};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::store::{Digest, TileReader};
@@ -44,7 +44,7 @@ async fn content(reader: &TileReader) -> Parsed {
 async fn exported(reader: &TileReader, format: Format) -> Exported<Vec<u8>> {
     let outputs = format.suffixes().iter().map(|_| Vec::new()).collect();
     let (mut last, mut calls) = ((0, 0), 0);
-    let exported = export(reader, format, outputs, |done, total| {
+    let exported = export(reader, format, ExportOptions::default(), outputs, |done, total| {
         calls += 1;
         assert_eq!(done, calls);
         last = (done, total);
@@ -184,7 +184,7 @@ fn an_output_that_fails() {
             for (failing, suffix) in (0..lengths.len()).zip(format.suffixes()) {
                 for room in [0, 10, lengths[failing] / 2, lengths[failing] - 1] {
                     let outputs = (0..lengths.len()).map(|i| Full(if i == failing { room } else { lengths[i] }));
-                    let error = export(&reader, format, outputs.collect(), |_, _| ())
+                    let error = export(&reader, format, ExportOptions::default(), outputs.collect(), |_, _| ())
                         .await
                         .err()
                         .unwrap();
@@ -195,7 +195,9 @@ fn an_output_that_fails() {
                 }
             }
             let outputs = lengths.into_iter().map(Full).collect();
-            export(&reader, format, outputs, |_, _| ()).await.unwrap();
+            export(&reader, format, ExportOptions::default(), outputs, |_, _| ())
+                .await
+                .unwrap();
         }
     });
 }

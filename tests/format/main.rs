@@ -1,6 +1,7 @@
 //! The promise: `schema/FORMAT.md` is what the code writes. A reader that goes by the tables of that page alone, without
 //! the library's generated code, finds in files what was put into them.
 
+mod labels;
 mod page;
 mod reader;
 #[path = "../support/mod.rs"]
@@ -8,14 +9,14 @@ mod support;
 
 use std::collections::HashSet;
 
-use delaunay_tiles::build::BuildOptions;
-use delaunay_tiles::geometry::Point;
+use delaunay_tiles::build::{BuildOptions, Builder};
+use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::mesh::EngineKind;
-use delaunay_tiles::store::{Digest, FORMAT_VERSION};
+use delaunay_tiles::store::{Digest, EdgeSource, FORMAT_VERSION, LineKind, LineSource, Site, TileId};
 use distributions::Kind;
 use page::{Page, schemas};
 use reader::{Across, File};
-use support::{batches, file_bytes, open_bytes, points_of, reference, runtime};
+use support::{Scratch, batches, file_bytes, open_bytes, points_of, reference, runtime};
 
 fn options(tile_vertices: usize) -> BuildOptions {
     BuildOptions {
@@ -33,7 +34,7 @@ fn built(points: &[Point], z: &[f64], tile_vertices: usize) -> Vec<u8> {
 fn the_page_has_the_fields_of_the_schemas() {
     let page = Page::read();
     let schemas = schemas();
-    assert_eq!(schemas.len(), 10);
+    assert_eq!(schemas.len(), 12);
     let size = |kind: &str| match kind {
         "ubyte" | "bool" => 1,
         "uint" => 4,
@@ -116,6 +117,93 @@ fn entries_fill_pages() {
     let file = check(&bytes, &points, &[]);
     let (last, others) = file.directory.page_entries.split_last().unwrap();
     assert!(!others.is_empty() && others.iter().all(|&n| n == full) && (1..=full).contains(last));
+}
+
+/// Lines across a grid, some of which end in it, some of which share vertices and edges.
+#[test]
+fn constraints_are_read_by_the_page_alone() {
+    let points = points_of(Kind::Grid, 400, 6);
+    let bounds = Rect::around(points.iter().copied());
+    let (width, height) = bounds.size();
+    let at = |x: f64, y: f64| Point::new(bounds.min_x + x * width, bounds.min_y + y * height);
+    let segments = [
+        [at(0.0, 0.0), at(1.0, 0.0)],
+        [at(0.1, 0.2), at(0.8, 0.9)],
+        [at(0.8, 0.9), at(0.9, 0.1)],
+        [at(0.9, 0.1), at(0.1, 0.2)],
+        [at(0.03, 0.5), at(0.11, 0.97)],
+    ];
+    for tile_vertices in [8, 50, 65536] {
+        let scratch = Scratch::new();
+        let bytes = runtime().block_on(async {
+            let mut builder = Builder::new(&scratch.path, options(tile_vertices)).unwrap();
+            for batch in batches(&points, &[]) {
+                builder.push(&batch).await.unwrap();
+            }
+            builder.push_segments(&segments).unwrap();
+            builder.finish().await.unwrap();
+            std::fs::read(&scratch.path).unwrap()
+        });
+        let file = File::read(&Page::read(), &bytes);
+        assert!(file.directory.constraint_edges > 20);
+        runtime().block_on(compare(&file, bytes));
+    }
+}
+
+/// What the page says of lines, regions and sites is what the library reads.
+async fn compare(file: &File, bytes: Vec<u8>) {
+    let reader = open_bytes(bytes).await.unwrap();
+    let (m, d) = (&reader.directory().metadata, &file.directory);
+    assert_eq!(m.constraint_edges, d.constraint_edges);
+    let counts = [
+        m.regions,
+        m.spanning_regions,
+        m.hole_regions,
+        m.hole_triangles,
+        m.sites,
+        m.crossings,
+    ];
+    assert_eq!(counts, d.counts);
+    let kinds = [LineKind::BreakLine, LineKind::Wall, LineKind::Obstacle];
+    let lines = d.lines.iter().map(|(name, kind, first, lines)| LineSource {
+        name: name.clone(),
+        kind: kinds[usize::from(*kind)],
+        first: *first,
+        lines: *lines,
+    });
+    assert_eq!(m.lines, lines.collect::<Vec<_>>());
+    assert_eq!((m.exterior_is_hole, &m.seeds), (d.exterior_is_hole, &d.seeds));
+    let mut owned = 0;
+    for (number, expected) in file.tiles.iter().enumerate() {
+        let tile = reader.tile(TileId(number as u32)).await.unwrap();
+        for side in 0..3 * tile.triangle_count() {
+            let s = side as usize;
+            let found = (tile.is_constraint(side), tile.is_wall(side));
+            assert_eq!(found, (expected.constraints[s], expected.walls[s]));
+            let code = |source: EdgeSource| match (source.kind(), source.depth_change()) {
+                (LineKind::BreakLine, 0) => 0,
+                (LineKind::Wall, 0) => 1,
+                (LineKind::Obstacle, 1) => 2,
+                (LineKind::Obstacle, -1) => 3,
+                other => panic!("{other:?}"),
+            };
+            let sources: Vec<_> = tile.edge_sources(side).map(|s| (s.number(), code(s))).collect();
+            assert_eq!(sources, expected.sources(s));
+        }
+        for triangle in 0..tile.triangle_count() {
+            let found = (
+                tile.region(triangle),
+                tile.depth(triangle).into(),
+                tile.is_hole(triangle),
+            );
+            assert_eq!(found, expected.regions[triangle as usize]);
+        }
+        let id = |site: &Site<'_>| site.id.map_or_else(|| site.number.to_string(), str::to_owned);
+        let sites: Vec<_> = tile.sites().map(|s| (s.vertex as usize, s.number, id(&s))).collect();
+        assert_eq!(sites, expected.sites);
+        owned += tile.owned_constraints().count() as u64;
+    }
+    assert_eq!(owned, d.constraint_edges);
 }
 
 #[test]

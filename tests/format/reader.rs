@@ -3,6 +3,7 @@
 use crc32c::crc32c;
 use delaunay_tiles::geometry::Point;
 
+use crate::labels::{bits, optional, read_regions, read_sites, sources};
 use crate::page::Page;
 use crate::support::flat::{Table, f64_at, u32_at, u64_at};
 
@@ -24,6 +25,13 @@ pub struct Directory {
     /// Cut, right child or tile, axis.
     pub nodes: Vec<(f64, u32, u32)>,
     pub page_entries: Vec<usize>,
+    pub constraint_edges: u64,
+    /// Regions, spanning regions, regions that are holes, triangles in holes, sites, crossings.
+    pub counts: [u64; 6],
+    /// Name, kind, first, count.
+    pub lines: Vec<(String, u8, u64, u64)>,
+    pub exterior_is_hole: bool,
+    pub seeds: Vec<Point>,
 }
 
 pub struct Tile {
@@ -43,6 +51,15 @@ pub struct Tile {
     border_neighbours: Vec<Across>,
     core_links: Vec<(usize, usize)>,
     border_vertex_sides: Vec<(usize, usize)>,
+    /// Of all sides.
+    pub constraints: Vec<bool>,
+    pub walls: Vec<bool>,
+    /// Region, depth and whether it is a hole, of each triangle.
+    pub regions: Vec<(u64, i64, bool)>,
+    /// Side, number of the source and its code, of edges within the core and of others.
+    edge_sources: [Vec<(usize, u64, u8)>; 2],
+    /// Vertex, number, id.
+    pub sites: Vec<(usize, u64, String)>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,7 +111,7 @@ fn structs<'a>(page: &'a Page, name: &'a str, table: Table<'a>, slot: usize) -> 
 }
 
 /// Integers, and the mark of each: `Err(k)` for mark k below `marks`.
-fn packed(page: &Page, table: Table<'_>, marks: u64) -> Vec<Result<u64, u64>> {
+pub fn packed(page: &Page, table: Table<'_>, marks: u64) -> Vec<Result<u64, u64>> {
     let width = usize::from(table.u8(page.slot("Packed", "width")));
     assert!((1..=8).contains(&width));
     let (first, length) = table.vector(page.slot("Packed", "data")).unwrap();
@@ -287,6 +304,22 @@ fn read_directory<'b>(page: &Page, root: &[u8], mut pages: &'b [u8]) -> (Directo
     }
     assert_eq!(bounds, around);
     assert!(table.tables(slot("sources")).is_empty());
+    let line = |of: Table<'_>| {
+        let slot = |field| page.slot("LineSource", field);
+        let name = of.string(slot("name")).unwrap().to_owned();
+        (name, of.u8(slot("kind")), of.u64(slot("first")), of.u64(slot("lines")))
+    };
+    let seeds = table
+        .vector(slot("seeds"))
+        .map(|_| structs(page, "Seed", table, slot("seeds")));
+    let counts = [
+        "regions",
+        "spanning_regions",
+        "hole_regions",
+        "hole_triangles",
+        "sites",
+        "crossings",
+    ];
     assert_eq!(table.string(slot("crs")), None);
     let directory = Directory {
         tile_vertices: table.u32(slot("tile_vertices")),
@@ -299,6 +332,15 @@ fn read_directory<'b>(page: &Page, root: &[u8], mut pages: &'b [u8]) -> (Directo
         producer: table.string(slot("producer")).unwrap().to_owned(),
         nodes,
         page_entries,
+        constraint_edges: table.u64(slot("constraint_edges")),
+        counts: counts.map(|f| table.u64(slot(f))),
+        lines: table.tables(slot("lines")).into_iter().map(line).collect(),
+        exterior_is_hole: table.u8(slot("exterior_is_hole")) != 0,
+        seeds: seeds
+            .unwrap_or_default()
+            .iter()
+            .map(|seed| Point::new(seed.f64("x"), seed.f64("y")))
+            .collect(),
     };
     (directory, entries)
 }
@@ -354,6 +396,23 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
     assert!(foreign.is_sorted_by_key(|f| (f.1, f.2)));
     assert!(foreign.iter().all(|f| f.1 != id as usize));
     let border_neighbours = packed(page, border.table(in_border("neighbours")).unwrap(), 2);
+    let triangles = [core_triangles, corners.len() / 3 - core_triangles];
+    let both = |field: &str| [(core, page.slot("Core", field)), (border, page.slot("Border", field))];
+    let of_sides = |field| -> Vec<bool> {
+        let parts = both(field).into_iter().zip(triangles);
+        parts
+            .flat_map(|((table, slot), count)| bits(table, slot, 3 * count))
+            .collect()
+    };
+    let (constraints, walls) = (of_sides("constraints"), of_sides("walls"));
+    assert!(
+        walls
+            .iter()
+            .zip(&constraints)
+            .all(|(wall, constraint)| *constraint || !wall)
+    );
+    let of_edges = |field| both(field).map(|(table, slot)| optional(page, table, slot).unwrap_or_default());
+    let (edge_sides, edge_sources) = (of_edges("edge_sides"), of_edges("edge_sources"));
     Tile {
         core_offset: entry.u64("core_offset"),
         border_offset: entry.u64("border_offset"),
@@ -380,6 +439,11 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
             .collect(),
         core_links: pairs(&of_border("core_links")),
         border_vertex_sides: pairs(&of_border("vertex_sides")),
+        constraints,
+        walls,
+        regions: read_regions(page, both("components"), border, triangles),
+        edge_sources: [0, 1].map(|part| sources(&edge_sides[part], &edge_sources[part])),
+        sites: read_sites(page, core),
     }
 }
 
@@ -426,5 +490,20 @@ impl Tile {
     pub fn side_leaving(&self, vertex: usize) -> Option<usize> {
         let in_border = self.border_vertex_sides.iter().find(|s| s.0 == vertex);
         self.vertex_sides[vertex].or(in_border.map(|s| s.1))
+    }
+
+    /// Numbers and codes of the sources of a side's edge, as seen along the side.
+    pub fn sources(&self, side: usize) -> Vec<(u64, u8)> {
+        let core_sides = 3 * self.core_triangles;
+        let other = match self.across(side) {
+            Across::Side(other) => other,
+            Across::Hull | Across::Elsewhere => side,
+        };
+        let in_core = other != side && side.max(other) < core_sides;
+        let entered = side.min(other);
+        let list = self.edge_sources[usize::from(!in_core)].iter();
+        let of_side = list.filter(|entry| entry.0 == entered);
+        let turned = |code: u8| if side != entered && code >= 2 { 5 - code } else { code };
+        of_side.map(|&(_, number, code)| (number, turned(code))).collect()
     }
 }

@@ -916,6 +916,136 @@ pub mod delaunay_tiles {
             }
         }
 
+        /// A point whose region is a hole.
+        // struct Seed, aligned to 8
+        #[repr(transparent)]
+        #[derive(Clone, Copy, PartialEq)]
+        pub struct Seed(pub [u8; 16]);
+        impl Default for Seed {
+            fn default() -> Self {
+                Self([0; 16])
+            }
+        }
+        impl ::core::fmt::Debug for Seed {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter) -> ::core::fmt::Result {
+                f.debug_struct("Seed")
+                    .field("x", &self.x())
+                    .field("y", &self.y())
+                    .finish()
+            }
+        }
+
+        impl ::flatbuffers::SimpleToVerifyInSlice for Seed {}
+        impl<'a> ::flatbuffers::Follow<'a> for Seed {
+            type Inner = &'a Seed;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                unsafe { <&'a Seed>::follow(buf, loc) }
+            }
+        }
+        impl<'a> ::flatbuffers::Follow<'a> for &'a Seed {
+            type Inner = &'a Seed;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                unsafe { ::flatbuffers::follow_cast_ref::<Seed>(buf, loc) }
+            }
+        }
+        impl<'b> ::flatbuffers::Push for Seed {
+            type Output = Seed;
+            #[inline]
+            unsafe fn push(&self, dst: &mut [u8], _written_len: usize) {
+                let src = unsafe {
+                    ::core::slice::from_raw_parts(
+                        self as *const Seed as *const u8,
+                        <Self as ::flatbuffers::Push>::size(),
+                    )
+                };
+                dst.copy_from_slice(src);
+            }
+            #[inline]
+            fn alignment() -> ::flatbuffers::PushAlignment {
+                ::flatbuffers::PushAlignment::new(8)
+            }
+        }
+
+        impl<'a> ::flatbuffers::Verifiable for Seed {
+            #[inline]
+            fn run_verifier(
+                v: &mut ::flatbuffers::Verifier,
+                pos: usize,
+            ) -> Result<(), ::flatbuffers::InvalidFlatbuffer> {
+                v.in_buffer::<Self>(pos)
+            }
+        }
+
+        impl<'a> Seed {
+            #[allow(clippy::too_many_arguments)]
+            pub fn new(x: f64, y: f64) -> Self {
+                let mut s = Self([0; 16]);
+                s.set_x(x);
+                s.set_y(y);
+                s
+            }
+
+            pub fn x(&self) -> f64 {
+                let mut mem = ::core::mem::MaybeUninit::<<f64 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[0..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_x(&mut self, x: f64) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[0..].as_mut_ptr(),
+                        ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn y(&self) -> f64 {
+                let mut mem = ::core::mem::MaybeUninit::<<f64 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[8..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_y(&mut self, x: f64) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[8..].as_mut_ptr(),
+                        ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+        }
+
         pub enum PageOffset {}
         #[derive(Copy, Clone, PartialEq)]
 
@@ -1172,6 +1302,166 @@ pub mod delaunay_tiles {
                 ds.finish()
             }
         }
+        pub enum LineSourceOffset {}
+        #[derive(Copy, Clone, PartialEq)]
+
+        /// A file that lines came from.
+        pub struct LineSource<'a> {
+            pub _tab: ::flatbuffers::Table<'a>,
+        }
+
+        impl<'a> ::flatbuffers::Follow<'a> for LineSource<'a> {
+            type Inner = LineSource<'a>;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                Self {
+                    _tab: unsafe { ::flatbuffers::Table::new(buf, loc) },
+                }
+            }
+        }
+
+        impl<'a> LineSource<'a> {
+            pub const VT_NAME: ::flatbuffers::VOffsetT = 4;
+            pub const VT_KIND: ::flatbuffers::VOffsetT = 6;
+            pub const VT_FIRST: ::flatbuffers::VOffsetT = 8;
+            pub const VT_LINES: ::flatbuffers::VOffsetT = 10;
+
+            #[inline]
+            pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
+                LineSource { _tab: table }
+            }
+            #[allow(unused_mut)]
+            pub fn create<'bldr: 'args, 'args: 'mut_bldr, 'mut_bldr, A: ::flatbuffers::Allocator + 'bldr>(
+                _fbb: &'mut_bldr mut ::flatbuffers::FlatBufferBuilder<'bldr, A>,
+                args: &'args LineSourceArgs<'args>,
+            ) -> ::flatbuffers::WIPOffset<LineSource<'bldr>> {
+                let mut builder = LineSourceBuilder::new(_fbb);
+                builder.add_lines(args.lines);
+                builder.add_first(args.first);
+                if let Some(x) = args.name {
+                    builder.add_name(x);
+                }
+                builder.add_kind(args.kind);
+                builder.finish()
+            }
+
+            #[inline]
+            pub fn name(&self) -> &'a str {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<&str>>(LineSource::VT_NAME, None)
+                        .unwrap()
+                }
+            }
+            /// 0: break lines, 1: walls, 2: rings of obstacles.
+            #[inline]
+            pub fn kind(&self) -> u8 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u8>(LineSource::VT_KIND, Some(0)).unwrap() }
+            }
+            /// The number of its first line.
+            #[inline]
+            pub fn first(&self) -> u64 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u64>(LineSource::VT_FIRST, Some(0)).unwrap() }
+            }
+            #[inline]
+            pub fn lines(&self) -> u64 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u64>(LineSource::VT_LINES, Some(0)).unwrap() }
+            }
+        }
+
+        impl ::flatbuffers::Verifiable for LineSource<'_> {
+            #[inline]
+            fn run_verifier(
+                v: &mut ::flatbuffers::Verifier,
+                pos: usize,
+            ) -> Result<(), ::flatbuffers::InvalidFlatbuffer> {
+                v.visit_table(pos)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<&str>>("name", Self::VT_NAME, true)?
+                    .visit_field::<u8>("kind", Self::VT_KIND, false)?
+                    .visit_field::<u64>("first", Self::VT_FIRST, false)?
+                    .visit_field::<u64>("lines", Self::VT_LINES, false)?
+                    .finish();
+                Ok(())
+            }
+        }
+        pub struct LineSourceArgs<'a> {
+            pub name: Option<::flatbuffers::WIPOffset<&'a str>>,
+            pub kind: u8,
+            pub first: u64,
+            pub lines: u64,
+        }
+        impl<'a> Default for LineSourceArgs<'a> {
+            #[inline]
+            fn default() -> Self {
+                LineSourceArgs {
+                    name: None, // required field
+                    kind: 0,
+                    first: 0,
+                    lines: 0,
+                }
+            }
+        }
+
+        pub struct LineSourceBuilder<'a: 'b, 'b, A: ::flatbuffers::Allocator + 'a> {
+            fbb_: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>,
+            start_: ::flatbuffers::WIPOffset<::flatbuffers::TableUnfinishedWIPOffset>,
+        }
+        impl<'a: 'b, 'b, A: ::flatbuffers::Allocator + 'a> LineSourceBuilder<'a, 'b, A> {
+            #[inline]
+            pub fn add_name(&mut self, name: ::flatbuffers::WIPOffset<&'b str>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(LineSource::VT_NAME, name);
+            }
+            #[inline]
+            pub fn add_kind(&mut self, kind: u8) {
+                self.fbb_.push_slot::<u8>(LineSource::VT_KIND, kind, 0);
+            }
+            #[inline]
+            pub fn add_first(&mut self, first: u64) {
+                self.fbb_.push_slot::<u64>(LineSource::VT_FIRST, first, 0);
+            }
+            #[inline]
+            pub fn add_lines(&mut self, lines: u64) {
+                self.fbb_.push_slot::<u64>(LineSource::VT_LINES, lines, 0);
+            }
+            #[inline]
+            pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> LineSourceBuilder<'a, 'b, A> {
+                let start = _fbb.start_table();
+                LineSourceBuilder {
+                    fbb_: _fbb,
+                    start_: start,
+                }
+            }
+            #[inline]
+            pub fn finish(self) -> ::flatbuffers::WIPOffset<LineSource<'a>> {
+                let o = self.fbb_.end_table(self.start_);
+                self.fbb_.required(o, LineSource::VT_NAME, "name");
+                ::flatbuffers::WIPOffset::new(o.value())
+            }
+        }
+
+        impl ::core::fmt::Debug for LineSource<'_> {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
+                let mut ds = f.debug_struct("LineSource");
+                ds.field("name", &self.name());
+                ds.field("kind", &self.kind());
+                ds.field("first", &self.first());
+                ds.field("lines", &self.lines());
+                ds.finish()
+            }
+        }
         pub enum DirectoryOffset {}
         #[derive(Copy, Clone, PartialEq)]
 
@@ -1210,6 +1500,15 @@ pub mod delaunay_tiles {
             pub const VT_PRODUCER: ::flatbuffers::VOffsetT = 36;
             pub const VT_ENDS: ::flatbuffers::VOffsetT = 38;
             pub const VT_CONSTRAINT_EDGES: ::flatbuffers::VOffsetT = 40;
+            pub const VT_REGIONS: ::flatbuffers::VOffsetT = 42;
+            pub const VT_SPANNING_REGIONS: ::flatbuffers::VOffsetT = 44;
+            pub const VT_HOLE_REGIONS: ::flatbuffers::VOffsetT = 46;
+            pub const VT_HOLE_TRIANGLES: ::flatbuffers::VOffsetT = 48;
+            pub const VT_SITES: ::flatbuffers::VOffsetT = 50;
+            pub const VT_CROSSINGS: ::flatbuffers::VOffsetT = 52;
+            pub const VT_LINES: ::flatbuffers::VOffsetT = 54;
+            pub const VT_EXTERIOR_IS_HOLE: ::flatbuffers::VOffsetT = 56;
+            pub const VT_SEEDS: ::flatbuffers::VOffsetT = 58;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -1221,6 +1520,12 @@ pub mod delaunay_tiles {
                 args: &'args DirectoryArgs<'args>,
             ) -> ::flatbuffers::WIPOffset<Directory<'bldr>> {
                 let mut builder = DirectoryBuilder::new(_fbb);
+                builder.add_crossings(args.crossings);
+                builder.add_sites(args.sites);
+                builder.add_hole_triangles(args.hole_triangles);
+                builder.add_hole_regions(args.hole_regions);
+                builder.add_spanning_regions(args.spanning_regions);
+                builder.add_regions(args.regions);
                 builder.add_constraint_edges(args.constraint_edges);
                 builder.add_ends(args.ends);
                 builder.add_max_y(args.max_y);
@@ -1232,6 +1537,12 @@ pub mod delaunay_tiles {
                 builder.add_hull_edges(args.hull_edges);
                 builder.add_triangles(args.triangles);
                 builder.add_vertices(args.vertices);
+                if let Some(x) = args.seeds {
+                    builder.add_seeds(x);
+                }
+                if let Some(x) = args.lines {
+                    builder.add_lines(x);
+                }
                 if let Some(x) = args.producer {
                     builder.add_producer(x);
                 }
@@ -1249,6 +1560,7 @@ pub mod delaunay_tiles {
                 }
                 builder.add_tile_vertices(args.tile_vertices);
                 builder.add_tiles(args.tiles);
+                builder.add_exterior_is_hole(args.exterior_is_hole);
                 builder.add_has_z(args.has_z);
                 builder.finish()
             }
@@ -1400,7 +1712,7 @@ pub mod delaunay_tiles {
                         .get::<::flatbuffers::ForwardsUOffset<&str>>(Directory::VT_PRODUCER, None)
                 }
             }
-            /// Vertices that are an end of a segment, and no point of the input.
+            /// Vertices that are an end of a segment or a site, and no point of the input.
             #[inline]
             pub fn ends(&self) -> u64 {
                 // Safety:
@@ -1414,6 +1726,89 @@ pub mod delaunay_tiles {
                 // Created from valid Table for this object
                 // which contains a valid value in this slot
                 unsafe { self._tab.get::<u64>(Directory::VT_CONSTRAINT_EDGES, Some(0)).unwrap() }
+            }
+            /// Parts of the plane that no constraint passes through; 0: regions are unknown.
+            #[inline]
+            pub fn regions(&self) -> u64 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u64>(Directory::VT_REGIONS, Some(0)).unwrap() }
+            }
+            /// Regions from 0 up to here may lie in several tiles, the others each in one.
+            #[inline]
+            pub fn spanning_regions(&self) -> u64 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u64>(Directory::VT_SPANNING_REGIONS, Some(0)).unwrap() }
+            }
+            /// Regions that are holes, and their triangles.
+            #[inline]
+            pub fn hole_regions(&self) -> u64 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u64>(Directory::VT_HOLE_REGIONS, Some(0)).unwrap() }
+            }
+            #[inline]
+            pub fn hole_triangles(&self) -> u64 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u64>(Directory::VT_HOLE_TRIANGLES, Some(0)).unwrap() }
+            }
+            #[inline]
+            pub fn sites(&self) -> u64 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u64>(Directory::VT_SITES, Some(0)).unwrap() }
+            }
+            /// Pairs of lines that crossed and were split.
+            #[inline]
+            pub fn crossings(&self) -> u64 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u64>(Directory::VT_CROSSINGS, Some(0)).unwrap() }
+            }
+            /// The files that lines came from, in order.
+            #[inline]
+            pub fn lines(&self) -> Option<::flatbuffers::Vector<'a, ::flatbuffers::ForwardsUOffset<LineSource<'a>>>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab.get::<::flatbuffers::ForwardsUOffset<
+                        ::flatbuffers::Vector<'a, ::flatbuffers::ForwardsUOffset<LineSource>>,
+                    >>(Directory::VT_LINES, None)
+                }
+            }
+            /// Whether regions that reach the hull without a constraint are holes.
+            #[inline]
+            pub fn exterior_is_hole(&self) -> bool {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<bool>(Directory::VT_EXTERIOR_IS_HOLE, Some(false))
+                        .unwrap()
+                }
+            }
+            #[inline]
+            pub fn seeds(&self) -> Option<::flatbuffers::Vector<'a, Seed>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, Seed>>>(
+                            Directory::VT_SEEDS,
+                            None,
+                        )
+                }
             }
         }
 
@@ -1443,6 +1838,15 @@ pub mod delaunay_tiles {
      .visit_field::<::flatbuffers::ForwardsUOffset<&str>>("producer", Self::VT_PRODUCER, false)?
      .visit_field::<u64>("ends", Self::VT_ENDS, false)?
      .visit_field::<u64>("constraint_edges", Self::VT_CONSTRAINT_EDGES, false)?
+     .visit_field::<u64>("regions", Self::VT_REGIONS, false)?
+     .visit_field::<u64>("spanning_regions", Self::VT_SPANNING_REGIONS, false)?
+     .visit_field::<u64>("hole_regions", Self::VT_HOLE_REGIONS, false)?
+     .visit_field::<u64>("hole_triangles", Self::VT_HOLE_TRIANGLES, false)?
+     .visit_field::<u64>("sites", Self::VT_SITES, false)?
+     .visit_field::<u64>("crossings", Self::VT_CROSSINGS, false)?
+     .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, ::flatbuffers::ForwardsUOffset<LineSource>>>>("lines", Self::VT_LINES, false)?
+     .visit_field::<bool>("exterior_is_hole", Self::VT_EXTERIOR_IS_HOLE, false)?
+     .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, Seed>>>("seeds", Self::VT_SEEDS, false)?
      .finish();
                 Ok(())
             }
@@ -1468,6 +1872,17 @@ pub mod delaunay_tiles {
             pub producer: Option<::flatbuffers::WIPOffset<&'a str>>,
             pub ends: u64,
             pub constraint_edges: u64,
+            pub regions: u64,
+            pub spanning_regions: u64,
+            pub hole_regions: u64,
+            pub hole_triangles: u64,
+            pub sites: u64,
+            pub crossings: u64,
+            pub lines: Option<
+                ::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, ::flatbuffers::ForwardsUOffset<LineSource<'a>>>>,
+            >,
+            pub exterior_is_hole: bool,
+            pub seeds: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, Seed>>>,
         }
         impl<'a> Default for DirectoryArgs<'a> {
             #[inline]
@@ -1492,6 +1907,15 @@ pub mod delaunay_tiles {
                     producer: None,
                     ends: 0,
                     constraint_edges: 0,
+                    regions: 0,
+                    spanning_regions: 0,
+                    hole_regions: 0,
+                    hole_triangles: 0,
+                    sites: 0,
+                    crossings: 0,
+                    lines: None,
+                    exterior_is_hole: false,
+                    seeds: None,
                 }
             }
         }
@@ -1590,6 +2014,52 @@ pub mod delaunay_tiles {
                     .push_slot::<u64>(Directory::VT_CONSTRAINT_EDGES, constraint_edges, 0);
             }
             #[inline]
+            pub fn add_regions(&mut self, regions: u64) {
+                self.fbb_.push_slot::<u64>(Directory::VT_REGIONS, regions, 0);
+            }
+            #[inline]
+            pub fn add_spanning_regions(&mut self, spanning_regions: u64) {
+                self.fbb_
+                    .push_slot::<u64>(Directory::VT_SPANNING_REGIONS, spanning_regions, 0);
+            }
+            #[inline]
+            pub fn add_hole_regions(&mut self, hole_regions: u64) {
+                self.fbb_.push_slot::<u64>(Directory::VT_HOLE_REGIONS, hole_regions, 0);
+            }
+            #[inline]
+            pub fn add_hole_triangles(&mut self, hole_triangles: u64) {
+                self.fbb_
+                    .push_slot::<u64>(Directory::VT_HOLE_TRIANGLES, hole_triangles, 0);
+            }
+            #[inline]
+            pub fn add_sites(&mut self, sites: u64) {
+                self.fbb_.push_slot::<u64>(Directory::VT_SITES, sites, 0);
+            }
+            #[inline]
+            pub fn add_crossings(&mut self, crossings: u64) {
+                self.fbb_.push_slot::<u64>(Directory::VT_CROSSINGS, crossings, 0);
+            }
+            #[inline]
+            pub fn add_lines(
+                &mut self,
+                lines: ::flatbuffers::WIPOffset<
+                    ::flatbuffers::Vector<'b, ::flatbuffers::ForwardsUOffset<LineSource<'b>>>,
+                >,
+            ) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Directory::VT_LINES, lines);
+            }
+            #[inline]
+            pub fn add_exterior_is_hole(&mut self, exterior_is_hole: bool) {
+                self.fbb_
+                    .push_slot::<bool>(Directory::VT_EXTERIOR_IS_HOLE, exterior_is_hole, false);
+            }
+            #[inline]
+            pub fn add_seeds(&mut self, seeds: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, Seed>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Directory::VT_SEEDS, seeds);
+            }
+            #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> DirectoryBuilder<'a, 'b, A> {
                 let start = _fbb.start_table();
                 DirectoryBuilder {
@@ -1628,6 +2098,15 @@ pub mod delaunay_tiles {
                 ds.field("producer", &self.producer());
                 ds.field("ends", &self.ends());
                 ds.field("constraint_edges", &self.constraint_edges());
+                ds.field("regions", &self.regions());
+                ds.field("spanning_regions", &self.spanning_regions());
+                ds.field("hole_regions", &self.hole_regions());
+                ds.field("hole_triangles", &self.hole_triangles());
+                ds.field("sites", &self.sites());
+                ds.field("crossings", &self.crossings());
+                ds.field("lines", &self.lines());
+                ds.field("exterior_is_hole", &self.exterior_is_hole());
+                ds.field("seeds", &self.seeds());
                 ds.finish()
             }
         }

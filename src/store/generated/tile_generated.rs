@@ -353,6 +353,13 @@ pub mod delaunay_tiles {
             pub const VT_NEIGHBOURS: ::flatbuffers::VOffsetT = 18;
             pub const VT_VERTEX_SIDES: ::flatbuffers::VOffsetT = 20;
             pub const VT_CONSTRAINTS: ::flatbuffers::VOffsetT = 22;
+            pub const VT_WALLS: ::flatbuffers::VOffsetT = 24;
+            pub const VT_COMPONENTS: ::flatbuffers::VOffsetT = 26;
+            pub const VT_EDGE_SIDES: ::flatbuffers::VOffsetT = 28;
+            pub const VT_EDGE_SOURCES: ::flatbuffers::VOffsetT = 30;
+            pub const VT_SITES: ::flatbuffers::VOffsetT = 32;
+            pub const VT_SITE_IDS: ::flatbuffers::VOffsetT = 34;
+            pub const VT_SITE_ID_ENDS: ::flatbuffers::VOffsetT = 36;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -365,6 +372,27 @@ pub mod delaunay_tiles {
             ) -> ::flatbuffers::WIPOffset<Core<'bldr>> {
                 let mut builder = CoreBuilder::new(_fbb);
                 builder.add_first_record(args.first_record);
+                if let Some(x) = args.site_id_ends {
+                    builder.add_site_id_ends(x);
+                }
+                if let Some(x) = args.site_ids {
+                    builder.add_site_ids(x);
+                }
+                if let Some(x) = args.sites {
+                    builder.add_sites(x);
+                }
+                if let Some(x) = args.edge_sources {
+                    builder.add_edge_sources(x);
+                }
+                if let Some(x) = args.edge_sides {
+                    builder.add_edge_sides(x);
+                }
+                if let Some(x) = args.components {
+                    builder.add_components(x);
+                }
+                if let Some(x) = args.walls {
+                    builder.add_walls(x);
+                }
                 if let Some(x) = args.constraints {
                     builder.add_constraints(x);
                 }
@@ -500,6 +528,84 @@ pub mod delaunay_tiles {
                         )
                 }
             }
+            /// Likewise, whether it is on a wall: a constraint that blocks the way. Absent: none is.
+            #[inline]
+            pub fn walls(&self) -> Option<::flatbuffers::Vector<'a, u8>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, u8>>>(Core::VT_WALLS, None)
+                }
+            }
+            /// For each triangle the number of its component: what is connected within the core without passing a constraint.
+            /// Absent: all are of component 0.
+            #[inline]
+            pub fn components(&self) -> Option<Packed<'a>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<Packed>>(Core::VT_COMPONENTS, None)
+                }
+            }
+            /// Why edges between two triangles of the core are constraints: the smaller side of the edge, once for each source, ...
+            #[inline]
+            pub fn edge_sides(&self) -> Option<Packed<'a>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<Packed>>(Core::VT_EDGE_SIDES, None)
+                }
+            }
+            /// ... and that source, as seen along the side; ascending.
+            #[inline]
+            pub fn edge_sources(&self) -> Option<Packed<'a>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<Packed>>(Core::VT_EDGE_SOURCES, None)
+                }
+            }
+            /// Pairs (vertex, number of the site that lies there), in order.
+            #[inline]
+            pub fn sites(&self) -> Option<Packed<'a>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<Packed>>(Core::VT_SITES, None)
+                }
+            }
+            /// The ids of the sites, one behind the other, an empty one where its number stands for it; absent: all are empty.
+            #[inline]
+            pub fn site_ids(&self) -> Option<&'a str> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<&str>>(Core::VT_SITE_IDS, None)
+                }
+            }
+            /// Where in it the id of each site ends.
+            #[inline]
+            pub fn site_id_ends(&self) -> Option<Packed<'a>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<Packed>>(Core::VT_SITE_ID_ENDS, None)
+                }
+            }
         }
 
         impl ::flatbuffers::Verifiable for Core<'_> {
@@ -531,6 +637,25 @@ pub mod delaunay_tiles {
                         Self::VT_CONSTRAINTS,
                         false,
                     )?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, u8>>>(
+                        "walls",
+                        Self::VT_WALLS,
+                        false,
+                    )?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("components", Self::VT_COMPONENTS, false)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("edge_sides", Self::VT_EDGE_SIDES, false)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>(
+                        "edge_sources",
+                        Self::VT_EDGE_SOURCES,
+                        false,
+                    )?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("sites", Self::VT_SITES, false)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<&str>>("site_ids", Self::VT_SITE_IDS, false)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>(
+                        "site_id_ends",
+                        Self::VT_SITE_ID_ENDS,
+                        false,
+                    )?
                     .finish();
                 Ok(())
             }
@@ -546,6 +671,13 @@ pub mod delaunay_tiles {
             pub neighbours: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub vertex_sides: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub constraints: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u8>>>,
+            pub walls: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u8>>>,
+            pub components: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
+            pub edge_sides: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
+            pub edge_sources: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
+            pub sites: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
+            pub site_ids: Option<::flatbuffers::WIPOffset<&'a str>>,
+            pub site_id_ends: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
         }
         impl<'a> Default for CoreArgs<'a> {
             #[inline]
@@ -561,6 +693,13 @@ pub mod delaunay_tiles {
                     neighbours: None,   // required field
                     vertex_sides: None, // required field
                     constraints: None,
+                    walls: None,
+                    components: None,
+                    edge_sides: None,
+                    edge_sources: None,
+                    sites: None,
+                    site_ids: None,
+                    site_id_ends: None,
                 }
             }
         }
@@ -617,6 +756,41 @@ pub mod delaunay_tiles {
                     .push_slot_always::<::flatbuffers::WIPOffset<_>>(Core::VT_CONSTRAINTS, constraints);
             }
             #[inline]
+            pub fn add_walls(&mut self, walls: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, u8>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Core::VT_WALLS, walls);
+            }
+            #[inline]
+            pub fn add_components(&mut self, components: ::flatbuffers::WIPOffset<Packed<'b>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Core::VT_COMPONENTS, components);
+            }
+            #[inline]
+            pub fn add_edge_sides(&mut self, edge_sides: ::flatbuffers::WIPOffset<Packed<'b>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Core::VT_EDGE_SIDES, edge_sides);
+            }
+            #[inline]
+            pub fn add_edge_sources(&mut self, edge_sources: ::flatbuffers::WIPOffset<Packed<'b>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Core::VT_EDGE_SOURCES, edge_sources);
+            }
+            #[inline]
+            pub fn add_sites(&mut self, sites: ::flatbuffers::WIPOffset<Packed<'b>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Core::VT_SITES, sites);
+            }
+            #[inline]
+            pub fn add_site_ids(&mut self, site_ids: ::flatbuffers::WIPOffset<&'b str>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Core::VT_SITE_IDS, site_ids);
+            }
+            #[inline]
+            pub fn add_site_id_ends(&mut self, site_id_ends: ::flatbuffers::WIPOffset<Packed<'b>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Core::VT_SITE_ID_ENDS, site_id_ends);
+            }
+            #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> CoreBuilder<'a, 'b, A> {
                 let start = _fbb.start_table();
                 CoreBuilder {
@@ -649,6 +823,13 @@ pub mod delaunay_tiles {
                 ds.field("neighbours", &self.neighbours());
                 ds.field("vertex_sides", &self.vertex_sides());
                 ds.field("constraints", &self.constraints());
+                ds.field("walls", &self.walls());
+                ds.field("components", &self.components());
+                ds.field("edge_sides", &self.edge_sides());
+                ds.field("edge_sources", &self.edge_sources());
+                ds.field("sites", &self.sites());
+                ds.field("site_ids", &self.site_ids());
+                ds.field("site_id_ends", &self.site_id_ends());
                 ds.finish()
             }
         }
@@ -679,6 +860,13 @@ pub mod delaunay_tiles {
             pub const VT_CORE_LINKS: ::flatbuffers::VOffsetT = 14;
             pub const VT_VERTEX_SIDES: ::flatbuffers::VOffsetT = 16;
             pub const VT_CONSTRAINTS: ::flatbuffers::VOffsetT = 18;
+            pub const VT_WALLS: ::flatbuffers::VOffsetT = 20;
+            pub const VT_REGIONS: ::flatbuffers::VOffsetT = 22;
+            pub const VT_COMPONENTS: ::flatbuffers::VOffsetT = 24;
+            pub const VT_DEPTHS: ::flatbuffers::VOffsetT = 26;
+            pub const VT_HOLES: ::flatbuffers::VOffsetT = 28;
+            pub const VT_EDGE_SIDES: ::flatbuffers::VOffsetT = 30;
+            pub const VT_EDGE_SOURCES: ::flatbuffers::VOffsetT = 32;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -690,6 +878,27 @@ pub mod delaunay_tiles {
                 args: &'args BorderArgs<'args>,
             ) -> ::flatbuffers::WIPOffset<Border<'bldr>> {
                 let mut builder = BorderBuilder::new(_fbb);
+                if let Some(x) = args.edge_sources {
+                    builder.add_edge_sources(x);
+                }
+                if let Some(x) = args.edge_sides {
+                    builder.add_edge_sides(x);
+                }
+                if let Some(x) = args.holes {
+                    builder.add_holes(x);
+                }
+                if let Some(x) = args.depths {
+                    builder.add_depths(x);
+                }
+                if let Some(x) = args.components {
+                    builder.add_components(x);
+                }
+                if let Some(x) = args.regions {
+                    builder.add_regions(x);
+                }
+                if let Some(x) = args.walls {
+                    builder.add_walls(x);
+                }
                 if let Some(x) = args.constraints {
                     builder.add_constraints(x);
                 }
@@ -804,6 +1013,82 @@ pub mod delaunay_tiles {
                         )
                 }
             }
+            #[inline]
+            pub fn walls(&self) -> Option<::flatbuffers::Vector<'a, u8>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, u8>>>(Border::VT_WALLS, None)
+                }
+            }
+            /// The number of the region of each component: first of those of the core, then of those that have border triangles only.
+            /// Absent: there is one, of region 0.
+            #[inline]
+            pub fn regions(&self) -> Option<Packed<'a>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<Packed>>(Border::VT_REGIONS, None)
+                }
+            }
+            /// For each triangle of the border the number of its component. Absent: all are of component 0.
+            #[inline]
+            pub fn components(&self) -> Option<Packed<'a>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<Packed>>(Border::VT_COMPONENTS, None)
+                }
+            }
+            /// For each component by how many obstacles it is covered, zigzag. Absent: by none.
+            #[inline]
+            pub fn depths(&self) -> Option<Packed<'a>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<Packed>>(Border::VT_DEPTHS, None)
+                }
+            }
+            /// A bit for each component, from the lowest of the first byte on: whether it is in a hole. Absent: none is.
+            #[inline]
+            pub fn holes(&self) -> Option<::flatbuffers::Vector<'a, u8>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, u8>>>(Border::VT_HOLES, None)
+                }
+            }
+            /// As in the core, for all other edges that belong to the tile; sides are numbered through core and border.
+            #[inline]
+            pub fn edge_sides(&self) -> Option<Packed<'a>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<Packed>>(Border::VT_EDGE_SIDES, None)
+                }
+            }
+            #[inline]
+            pub fn edge_sources(&self) -> Option<Packed<'a>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<Packed>>(Border::VT_EDGE_SOURCES, None)
+                }
+            }
         }
 
         impl ::flatbuffers::Verifiable for Border<'_> {
@@ -829,6 +1114,25 @@ pub mod delaunay_tiles {
                         Self::VT_CONSTRAINTS,
                         false,
                     )?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, u8>>>(
+                        "walls",
+                        Self::VT_WALLS,
+                        false,
+                    )?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("regions", Self::VT_REGIONS, false)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("components", Self::VT_COMPONENTS, false)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("depths", Self::VT_DEPTHS, false)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, u8>>>(
+                        "holes",
+                        Self::VT_HOLES,
+                        false,
+                    )?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("edge_sides", Self::VT_EDGE_SIDES, false)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>(
+                        "edge_sources",
+                        Self::VT_EDGE_SOURCES,
+                        false,
+                    )?
                     .finish();
                 Ok(())
             }
@@ -842,6 +1146,13 @@ pub mod delaunay_tiles {
             pub core_links: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub vertex_sides: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub constraints: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u8>>>,
+            pub walls: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u8>>>,
+            pub regions: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
+            pub components: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
+            pub depths: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
+            pub holes: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u8>>>,
+            pub edge_sides: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
+            pub edge_sources: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
         }
         impl<'a> Default for BorderArgs<'a> {
             #[inline]
@@ -855,6 +1166,13 @@ pub mod delaunay_tiles {
                     core_links: None,   // required field
                     vertex_sides: None, // required field
                     constraints: None,
+                    walls: None,
+                    regions: None,
+                    components: None,
+                    depths: None,
+                    holes: None,
+                    edge_sides: None,
+                    edge_sources: None,
                 }
             }
         }
@@ -903,6 +1221,41 @@ pub mod delaunay_tiles {
                     .push_slot_always::<::flatbuffers::WIPOffset<_>>(Border::VT_CONSTRAINTS, constraints);
             }
             #[inline]
+            pub fn add_walls(&mut self, walls: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, u8>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Border::VT_WALLS, walls);
+            }
+            #[inline]
+            pub fn add_regions(&mut self, regions: ::flatbuffers::WIPOffset<Packed<'b>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Border::VT_REGIONS, regions);
+            }
+            #[inline]
+            pub fn add_components(&mut self, components: ::flatbuffers::WIPOffset<Packed<'b>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Border::VT_COMPONENTS, components);
+            }
+            #[inline]
+            pub fn add_depths(&mut self, depths: ::flatbuffers::WIPOffset<Packed<'b>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Border::VT_DEPTHS, depths);
+            }
+            #[inline]
+            pub fn add_holes(&mut self, holes: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, u8>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Border::VT_HOLES, holes);
+            }
+            #[inline]
+            pub fn add_edge_sides(&mut self, edge_sides: ::flatbuffers::WIPOffset<Packed<'b>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Border::VT_EDGE_SIDES, edge_sides);
+            }
+            #[inline]
+            pub fn add_edge_sources(&mut self, edge_sources: ::flatbuffers::WIPOffset<Packed<'b>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Border::VT_EDGE_SOURCES, edge_sources);
+            }
+            #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> BorderBuilder<'a, 'b, A> {
                 let start = _fbb.start_table();
                 BorderBuilder {
@@ -933,6 +1286,13 @@ pub mod delaunay_tiles {
                 ds.field("core_links", &self.core_links());
                 ds.field("vertex_sides", &self.vertex_sides());
                 ds.field("constraints", &self.constraints());
+                ds.field("walls", &self.walls());
+                ds.field("regions", &self.regions());
+                ds.field("components", &self.components());
+                ds.field("depths", &self.depths());
+                ds.field("holes", &self.holes());
+                ds.field("edge_sides", &self.edge_sides());
+                ds.field("edge_sources", &self.edge_sources());
                 ds.finish()
             }
         }

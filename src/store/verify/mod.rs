@@ -8,6 +8,8 @@
 //! - around each vertex the triangles close once, or make a fan of at most a half-turn on the hull;
 //! - the hull, which turns left everywhere, goes round once: it has a single lexicographic minimum;
 //! - counts and bounds of the directory are those of the tiles;
+//! - constraints have sources, which change the depth as they say; regions end at constraints only, and holes are holes for a
+//!   reason, where the file knows of any;
 //! - each triangle stands in all tiles of its vertices, and is the same there: for each pair of tiles the hashes of
 //!   the triangles that the one owns and the other shares cancel.
 //!
@@ -15,9 +17,13 @@
 //! passed once, so the sheet lies flat: the file is a triangulation of the convex hull, and by the circles the one
 //! constrained Delaunay triangulation.
 //!
-//! [`TileReader::verify_points`] compares it with its input.
+//! [`TileReader::verify_points`], [`TileReader::verify_lines`] and [`TileReader::verify_sites`] compare it with its input.
 
+mod lines;
+mod marks;
 mod points;
+mod regions;
+mod sites;
 mod star;
 #[cfg(test)]
 mod tests;
@@ -28,9 +34,10 @@ use std::sync::Arc;
 
 use futures::stream::StreamExt;
 
-use super::{Directory, Needs, ReadError, Tile, TileId, TileReader, Workspaces};
+use super::{Directory, EdgeSource, Needs, ReadError, Tile, TileId, TileReader, Workspaces};
 use crate::geometry::{Orientation, Point, Rect, orient2d};
-use tile::{Places, TileReport};
+pub use lines::LineBatch;
+use tile::{Expected, Places, TileReport};
 
 /// What is wrong with a tile.
 #[derive(Clone, Debug)]
@@ -76,12 +83,28 @@ pub enum VerifyError {
     /// The file as a whole contradicts itself.
     #[error("{0}")]
     File(String),
-    /// The input cannot be read.
+    /// The input cannot be read, or cannot be compared with the file.
     #[error("{0}")]
     Input(String),
     /// A point of the input is not in the file, or a vertex not in the input.
     #[error("{0}")]
     Points(String),
+    /// A line of the input is not in the file, or one of the file not in the input.
+    #[error(
+        "{} {} from ({}, {}) to ({}, {}) {reason}",
+        line.kind(), line.number(), ends[0].x, ends[0].y, ends[1].x, ends[1].y
+    )]
+    Line {
+        /// The line, seen from the first end to the second.
+        line: EdgeSource,
+        /// The ends of a segment of it, or of an edge.
+        ends: [Point; 2],
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A site of the input is not in the file, or one of the file not in the input.
+    #[error("{0}")]
+    Sites(String),
 }
 
 /// What was checked.
@@ -97,6 +120,14 @@ pub struct VerifyReport {
     pub edges: u64,
     /// Those that are constraints.
     pub constraint_edges: u64,
+    /// Regions; 0 unless the check was deep and the file knows them.
+    pub regions: u64,
+    /// Those that are holes.
+    pub hole_regions: u64,
+    /// Segments of the input that were compared.
+    pub segments: u64,
+    /// Sites of the input that were compared.
+    pub sites: u64,
 }
 
 impl TileReader {
@@ -106,19 +137,33 @@ impl TileReader {
     /// The first thing that is wrong, or if a tile does not fit in the memory that the reader may use.
     pub async fn verify(&self, deep: bool) -> Result<VerifyReport, VerifyError> {
         let directory = self.directory();
+        let metadata = &directory.metadata;
         let cells = Arc::new(directory.tree.cells());
-        let has_triangles = directory.metadata.triangles > 0;
-        let needs = Needs {
+        let expected = Arc::new(Expected {
+            has_triangles: metadata.triangles > 0,
+            deep,
+            regions: (metadata.regions > 0).then(|| regions::Claims::of(metadata)),
+        });
+        let mut needs = Needs {
             per_vertex: tile::BYTES_PER_VERTEX,
             ..Needs::default()
         };
+        let claims = expected.regions.as_ref().filter(|_| deep);
+        if claims.is_some() {
+            needs.per_vertex += regions::BYTES_PER_VERTEX;
+            needs.fixed += regions::BYTES_PER_SPANNING * metadata.spanning_regions;
+        }
         let places = Arc::new(Workspaces::<Places>::default());
+        let shared = Arc::clone(&expected);
         let mut reports = self.for_each_tile(needs, move |tile| {
             let cell = cells[tile.id().0 as usize];
-            let report = places.with(|places| tile::check(&tile, cell, has_triangles, deep, places));
+            let report = places.with(|places| tile::check(&tile, cell, &shared, places));
             (tile.id(), report)
         })?;
-        let mut totals = Totals::default();
+        let mut totals = Totals {
+            regions: claims.map(regions::Totals::new),
+            ..Totals::default()
+        };
         while let Some(report) = reports.next().await {
             let (tile, report) = report?;
             totals.add(self, report.map_err(|fault| fault.of(tile))?)?;
@@ -127,23 +172,34 @@ impl TileReader {
         if deep {
             self.verify_whole(&totals).await?;
         }
+        if let (Some(claims), Some(regions)) = (claims, &totals.regions) {
+            regions.check(claims, metadata).map_err(VerifyError::File)?;
+        }
         Ok(VerifyReport {
             tiles: directory.tiles.len() as u64,
-            vertices: directory.metadata.vertices,
-            triangles: directory.metadata.triangles,
+            vertices: metadata.vertices,
+            triangles: metadata.triangles,
             edges: totals.edges,
             constraint_edges: totals.constraint_edges,
+            regions: claims.map_or(0, |_| metadata.regions),
+            hole_regions: claims.map_or(0, |_| metadata.hole_regions),
+            ..VerifyReport::default()
         })
     }
 
     /// Checks the root of the directory against its entries, which are known to be right.
     fn verify_metadata(&self, totals: &Totals) -> Result<(), VerifyError> {
         let Directory { metadata, tiles, .. } = self.directory();
-        if totals.constraint_edges != metadata.constraint_edges {
-            let (found, expected) = (totals.constraint_edges, metadata.constraint_edges);
-            return Err(VerifyError::File(format!(
-                "there are {found} constraint edges, and the directory says {expected}"
-            )));
+        for (what, found, expected) in [
+            ("constraint edges", totals.constraint_edges, metadata.constraint_edges),
+            ("triangles in holes", totals.hole_triangles, metadata.hole_triangles),
+            ("sites", totals.sites, metadata.sites),
+        ] {
+            if found != expected {
+                return Err(VerifyError::File(format!(
+                    "there are {found} {what}, and the directory says {expected}"
+                )));
+            }
         }
         let bounds = tiles.iter().fold(Rect::EMPTY, |all, tile| all.union(tile.bounds));
         if bounds != metadata.bounds {
@@ -283,6 +339,10 @@ struct Totals {
     hull_minima: u64,
     /// For each pair of an owner and another tile, the hashes of triangles owned less those shared.
     shared: HashMap<(TileId, TileId), u128>,
+    hole_triangles: u64,
+    sites: u64,
+    /// If regions are checked.
+    regions: Option<regions::Totals>,
 }
 
 impl Totals {
@@ -309,6 +369,11 @@ impl Totals {
         self.constraint_edges += report.constraint_edges;
         self.hull_edges += report.hull_edges;
         self.hull_minima += report.hull_minima;
+        self.hole_triangles += report.hole_triangles;
+        self.sites += report.sites;
+        if let (Some(totals), Some(regions)) = (&mut self.regions, &report.regions) {
+            totals.add(regions).map_err(|fault| fault.of(report.tile))?;
+        }
         for (pair, sum) in report.shared {
             let total = self.shared.entry(pair).or_default();
             *total = total.wrapping_add(sum);

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use futures::stream::{self, StreamExt};
+use futures::stream::StreamExt;
 
 use super::{VerifyError, VerifyReport};
 use crate::geometry::Point;
@@ -138,20 +138,12 @@ impl TileReader {
             end += group.len();
             (TileId(group[0].tile), end - group.len()..end)
         });
-        let (tiles, groups): (Vec<TileId>, Vec<Range<usize>>) = groups.unzip();
-        let tiles = self.pass(tiles, plan).zip(stream::iter(groups));
-        let sought_by_all = &sought;
-        let lookups = tiles.map(|(tile, group)| {
-            let (sought, vertices) = (Arc::clone(sought_by_all), Arc::clone(vertices));
-            let task = tile.map(|tile| {
-                spawn(move || {
-                    let found = vertices.with(|vertices| find_in_tile(&tile, &sought[group], vertices));
-                    (tile.id(), found)
-                })
-            });
-            async move { task?.await }
+        let groups: Vec<(TileId, Range<usize>)> = groups.collect();
+        let (sought_by_all, vertices) = (Arc::clone(&sought), Arc::clone(vertices));
+        let mut lookups = self.for_some_tiles(groups, plan, move |tile, group| {
+            let found = vertices.with(|vertices| find_in_tile(&tile, &sought_by_all[group], vertices));
+            (tile.id(), found)
         });
-        let mut lookups = lookups.buffered(plan.threads);
         // Points come in the order of their records, so the first that is missing is the same however they are parted.
         let mut first_missing: Option<(u64, Point)> = None;
         while let Some(lookup) = lookups.next().await {

@@ -5,10 +5,10 @@ use std::collections::{HashMap, HashSet};
 use xxhash_rust::xxh3::xxh3_128;
 
 use super::Fault;
-use super::star;
+use super::{regions, star};
 use crate::geometry::{Orientation, Rect, in_circle, orient2d};
 use crate::mesh::{next_side, prev_side};
-use crate::store::{Across, Tile, TileId};
+use crate::store::{Across, Component, Tile, TileId};
 
 /// Bytes that a check takes for each vertex of its tile: the places, in a table that is at least 7/16 full, and the fans.
 pub(super) const BYTES_PER_VERTEX: u64 = 52;
@@ -24,19 +24,27 @@ pub(super) struct TileReport {
     pub(super) hull_edges: u64,
     pub(super) hull_minima: u64,
     pub(super) shared: HashMap<(TileId, TileId), u128>,
+    pub(super) hole_triangles: u64,
+    pub(super) sites: u64,
+    /// What there is to say of regions, if the check is deep and the file knows any.
+    pub(super) regions: Option<regions::Report>,
+}
+
+/// What a tile is checked against.
+pub(super) struct Expected {
+    /// Whether the file has triangles.
+    pub(super) has_triangles: bool,
+    /// Whether to check the geometry.
+    pub(super) deep: bool,
+    /// What the directory says of regions, if the file knows any.
+    pub(super) regions: Option<regions::Claims>,
 }
 
 /// The coordinates' bits of the vertices of a tile.
 pub(super) type Places = HashSet<(u64, u64)>;
 
-/// Checks a tile: its structure, and if `deep` its geometry.
-pub(super) fn check(
-    tile: &Tile,
-    cell: Rect,
-    has_triangles: bool,
-    deep: bool,
-    places: &mut Places,
-) -> Result<TileReport, Fault> {
+/// Checks a tile: its structure, and its geometry if the check is deep.
+pub(super) fn check(tile: &Tile, cell: Rect, expected: &Expected, places: &mut Places) -> Result<TileReport, Fault> {
     check_vertices(tile, cell, places)?;
     let mut report = TileReport {
         tile: tile.id(),
@@ -48,16 +56,20 @@ pub(super) fn check(
         hull_edges: 0,
         hull_minima: 0,
         shared: HashMap::new(),
+        hole_triangles: 0,
+        sites: tile.site_count().into(),
+        regions: None,
     };
     for triangle in 0..tile.triangle_count() {
         check_triangle(tile, triangle)?;
         if tile.owns(triangle) {
             report.owned += 1;
+            report.hole_triangles += u64::from(tile.is_hole(triangle));
             report.bounds = report.bounds.union(Rect::around(tile.triangle_points(triangle)));
         }
     }
-    let fans = star::fans(tile, has_triangles)?;
-    if deep {
+    let fans = star::fans(tile, expected.has_triangles)?;
+    if expected.deep {
         report.edges = check_circles(tile)?;
         for vertex in 0..tile.vertex_count() {
             if let Some(hull) = star::check_turn(tile, vertex, &fans)? {
@@ -67,6 +79,10 @@ pub(super) fn check(
         }
         for triangle in tile.core_triangle_count()..tile.triangle_count() {
             share(tile, triangle, &mut report.shared);
+        }
+        match &expected.regions {
+            Some(claims) => report.regions = Some(regions::check(tile, claims, report.bounds)?),
+            None => regions::check_none(tile)?,
         }
     }
     Ok(report)
@@ -120,11 +136,12 @@ fn check_triangle(tile: &Tile, triangle: u32) -> Result<(), Fault> {
                         format!("it and triangle {} disagree on their edge", other / 3),
                     ));
                 }
-                if tile.is_constraint(side) != tile.is_constraint(other) {
+                let what = |side| (tile.is_constraint(side), tile.is_wall(side));
+                if what(side) != what(other) {
                     return Err(Fault::at(
                         triangle,
                         format!(
-                            "it and triangle {} disagree on whether their edge is a constraint",
+                            "it and triangle {} disagree on whether their edge is a constraint, or a wall",
                             other / 3
                         ),
                     ));
@@ -194,21 +211,23 @@ pub(super) fn owner(tile: &Tile, triangle: u32) -> TileId {
     smaller(smaller(a, b), c).id.tile
 }
 
-/// A hash of a triangle's corners, their numbers and places, and of which sides are constraints, from the smallest corner on.
+/// A hash of a triangle's corners, their numbers and places, of which sides are constraints and walls, from the smallest
+/// corner on, and of its region.
 pub(super) fn hash(tile: &Tile, triangle: u32) -> u128 {
     let mut corners = tile.vertices(triangle);
     let smallest = (0..3).min_by_key(|&i| corners[i].id).unwrap_or(0);
     corners.rotate_left(smallest);
-    let mut constraints = [0, 1, 2].map(|side| u64::from(tile.is_constraint(3 * triangle + side)));
-    constraints.rotate_left(smallest);
-    let bytes: Vec<u8> = corners
-        .iter()
-        .zip(constraints)
-        .flat_map(|(v, constraint)| {
-            let id = u64::from(v.id.tile.0) << 32 | u64::from(v.id.index);
-            [id, v.point.x.to_bits(), v.point.y.to_bits(), constraint]
-        })
-        .flat_map(u64::to_le_bytes)
-        .collect();
+    let mut sides = [0, 1, 2].map(|s| {
+        let side = 3 * triangle + s;
+        u64::from(tile.is_constraint(side)) | u64::from(tile.is_wall(side)) << 1
+    });
+    sides.rotate_left(smallest);
+    let Component { region, depth, is_hole } = tile.component(triangle);
+    let of_corners = corners.iter().zip(sides).flat_map(|(v, side)| {
+        let id = u64::from(v.id.tile.0) << 32 | u64::from(v.id.index);
+        [id, v.point.x.to_bits(), v.point.y.to_bits(), side]
+    });
+    let of_region = [region, i64::from(depth) as u64, u64::from(is_hole)];
+    let bytes: Vec<u8> = of_corners.chain(of_region).flat_map(u64::to_le_bytes).collect();
     xxh3_128(&bytes)
 }

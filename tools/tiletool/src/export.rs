@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 use delaunay_tiles::build::peak_memory;
-use delaunay_tiles::export::{Exported, Format, export};
+use delaunay_tiles::export::{ExportOptions, Exported, Format, export};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use tempfile::TempPath;
@@ -20,7 +20,7 @@ use crate::common::{self, MemoryArgs};
 /// Write the triangulation in another format: PLY, Triangle's .node and .ele, OBJ or GeoJSON.
 ///
 /// Vertices are numbered in the order of the file. PLY has the record number of each vertex too; Triangle's format has z
-/// as an attribute; GeoJSON has a polygon for each triangle. An output that exists is replaced once the new one is
+/// as an attribute; GeoJSON has a polygon for each triangle. Triangles in holes are left out, vertices never. An output that exists is replaced once the new one is
 /// complete.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Examples:
@@ -36,6 +36,9 @@ pub struct ExportArgs {
     /// The format, if the output's suffix does not tell
     #[arg(long, value_name = "ply|node|obj|geojson")]
     format: Option<Format>,
+    /// Write the triangles in holes too
+    #[arg(long)]
+    all: bool,
     /// Print the summary as one JSON object
     #[arg(long)]
     json: bool,
@@ -177,7 +180,8 @@ async fn write(
         bar.set_length(total);
         bar.set_position(done);
     };
-    let exported = export(&reader, format, outputs, progress).await;
+    let options = ExportOptions { holes: args.all };
+    let exported = export(&reader, format, options, outputs, progress).await;
     let exported = exported.with_context(|| {
         if to_stdout {
             "standard output".to_owned()

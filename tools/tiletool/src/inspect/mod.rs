@@ -1,6 +1,7 @@
 //! `tiletool inspect`: what is in a tile file.
 
 mod numbers;
+mod regions;
 mod summary;
 mod tile;
 mod tiles;
@@ -15,24 +16,26 @@ use serde::Serialize;
 use crate::common::{self, MemoryArgs};
 use crate::plot::{self, PlotFile, Plotted};
 use numbers::Coordinates;
+use regions::Regions;
 use summary::Summary;
 use tile::WholeTile;
 use tiles::TileRow;
 
 /// Show what is in a tile file.
 ///
-/// All but --tile and --plot is answered from the directory, however large the file is. --plot reads all tiles, as many at
-/// once as fit in --memory.
+/// All but --tile, --regions and --plot is answered from the directory, however large the file is. --regions and --plot read
+/// all tiles, as many at once as fit in --memory.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Examples:
   tiletool inspect survey.tiles
   tiletool inspect survey.tiles --tiles
   tiletool inspect survey.tiles --json --tile 7
+  tiletool inspect town.tiles --regions
   tiletool inspect survey.tiles --plot survey.png")]
 pub struct InspectArgs {
     /// The tile file
     file: PathBuf,
-    /// Print one JSON object: the summary, and with it what --tiles, --tile and --plot ask for
+    /// Print one JSON object: the summary, and with it what --tiles, --tile, --regions and --plot ask for
     #[arg(long)]
     json: bool,
     /// Print a row for each tile in place of the summary; core, border and owned are numbers of triangles
@@ -41,6 +44,12 @@ pub struct InspectArgs {
     /// Print one tile in full, with its vertices and triangles, in place of the summary
     #[arg(long, value_name = "ID")]
     tile: Option<u32>,
+    /// Print the regions that constraints part, the 20 largest first, in place of the summary
+    #[arg(long)]
+    regions: bool,
+    /// With --regions: all of them; memory grows with their number
+    #[arg(long, requires = "regions")]
+    all: bool,
     /// Draw a map of the triangulation and the cells of its tiles; a large file is thinned
     #[arg(long, value_name = "MAP.svg|MAP.png", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
     plot: Option<PlotFile>,
@@ -57,23 +66,29 @@ struct Output<'a> {
     tiles: Option<Vec<TileRow>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     tile: Option<&'a WholeTile>,
+    #[serde(flatten)]
+    regions: Option<&'a Regions>,
     #[serde(skip_serializing_if = "Option::is_none")]
     plot: Option<&'a Plotted>,
 }
 
 /// Shows what is in a file.
 pub fn run(args: InspectArgs) -> anyhow::Result<()> {
-    let (reader, tile, plotted) = common::block_on(async {
+    let (reader, tile, regions, plotted) = common::block_on(async {
         let reader = args.memory.open(&args.file).await?;
         let tile = match args.tile {
             Some(id) => Some(reader.tile(TileId(id)).await?),
             None => None,
         };
+        let regions = match args.regions {
+            true => Some(regions::gather(&reader, args.all).await?),
+            false => None,
+        };
         let plotted = match &args.plot {
             Some(file) => Some(plot::draw(&reader, file).await?),
             None => None,
         };
-        Ok((reader, tile, plotted))
+        Ok((reader, tile, regions, plotted))
     })?;
     let directory = reader.directory();
     let summary = Summary::new(&reader);
@@ -84,6 +99,7 @@ pub fn run(args: InspectArgs) -> anyhow::Result<()> {
             summary: &summary,
             tiles: args.tiles.then(rows),
             tile: tile.as_ref(),
+            regions: regions.as_ref(),
             plot: plotted.as_ref(),
         });
     }
@@ -94,6 +110,9 @@ pub fn run(args: InspectArgs) -> anyhow::Result<()> {
     }
     if let Some(tile) = &tile {
         texts.push(tile.report());
+    }
+    if let Some(regions) = &regions {
+        texts.push(regions.report());
     }
     if texts.is_empty() {
         texts.push(summary.report(coordinates));

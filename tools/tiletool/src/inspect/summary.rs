@@ -1,6 +1,6 @@
 //! What the directory knows of the whole file.
 
-use delaunay_tiles::store::{Directory, FORMAT_VERSION, TileReader};
+use delaunay_tiles::store::{Directory, FORMAT_VERSION, LineSource, TileReader};
 use serde::Serialize;
 
 use super::numbers::{Bounds, Coordinates, percent, printable, share, shortened};
@@ -35,6 +35,14 @@ pub struct Summary {
     ends: u64,
     constraint_edges: u64,
     has_z: bool,
+    region_count: u64,
+    hole_regions: u64,
+    hole_triangles: u64,
+    exterior_is_hole: bool,
+    seeds: u64,
+    site_count: u64,
+    crossings: u64,
+    lines: Vec<Lines>,
     bounds: Option<Bounds>,
     tile_count: u64,
     tile_vertices: u32,
@@ -61,6 +69,15 @@ struct Source {
     records: u64,
 }
 
+/// A file that lines came from.
+#[derive(Serialize)]
+struct Lines {
+    name: String,
+    kind: String,
+    first: u64,
+    lines: u64,
+}
+
 /// How numbers are spread; quartiles by nearest rank.
 #[derive(Debug, PartialEq, Eq, Serialize)]
 struct Distribution {
@@ -83,6 +100,17 @@ impl Distribution {
             upper_quartile: at(3),
             max: at(4),
         })
+    }
+}
+
+impl Lines {
+    fn new(source: &LineSource) -> Self {
+        Self {
+            name: source.name.clone(),
+            kind: source.kind.to_string(),
+            first: source.first,
+            lines: source.lines,
+        }
     }
 }
 
@@ -126,6 +154,14 @@ impl Summary {
             ends: m.ends,
             constraint_edges: m.constraint_edges,
             has_z: m.has_z,
+            region_count: m.regions,
+            hole_regions: m.hole_regions,
+            hole_triangles: m.hole_triangles,
+            exterior_is_hole: m.exterior_is_hole,
+            seeds: m.seeds.len() as u64,
+            site_count: m.sites,
+            crossings: m.crossings,
+            lines: m.lines.iter().map(Lines::new).collect(),
             bounds: Bounds::new(m.bounds),
             tile_count: tiles.len() as u64,
             tile_vertices: m.tile_vertices,
@@ -188,22 +224,12 @@ impl Summary {
     }
 
     fn of_the_input(&self) -> Vec<(&'static str, String)> {
-        let mut lines = Vec::new();
-        let width = self
-            .sources
-            .iter()
-            .take(SOURCES_SHOWN)
-            .map(|s| s.name.chars().count())
-            .max();
-        for (number, source) in self.sources.iter().take(SOURCES_SHOWN).enumerate() {
-            let name = if number == 0 { "sources" } else { "" };
-            let (file, width) = (printable(&source.name), width.unwrap_or(0));
-            lines.push((name, format!("{file:<width$}  {}", counted(source.records, "record"))));
-        }
-        if self.sources.len() > SOURCES_SHOWN {
-            let more = (self.sources.len() - SOURCES_SHOWN) as u64;
-            lines.push(("", format!("and {} more; --json lists them all", thousands(more))));
-        }
+        let sources = self.sources.iter().map(|s| (&s.name, counted(s.records, "record")));
+        let mut lines = files("sources", sources);
+        lines.extend(files(
+            "lines",
+            self.lines.iter().map(|l| (&l.name, counted(l.lines, &l.kind))),
+        ));
         if let Some(crs) = &self.crs {
             lines.push(("CRS", shortened(crs, CRS_SHOWN)));
         }
@@ -230,6 +256,7 @@ impl Summary {
                 format!("{edges} edges; {ends} vertices are ends of segments only"),
             ));
         }
+        lines.extend(self.of_the_regions());
         if self.rect.is_empty() {
             lines.push(("bounds", "none".to_owned()));
             return lines;
@@ -242,6 +269,33 @@ impl Summary {
         let (left, right) = (x.0.max(y.0), x.1.max(y.1));
         lines.push(("bounds", format!("x  {:>left$} to {:>right$}", x.2, x.3)));
         lines.push(("", format!("y  {:>left$} to {:>right$}", y.2, y.3)));
+        lines
+    }
+
+    /// What there is of regions, holes, sites and crossings.
+    fn of_the_regions(&self) -> Vec<(&'static str, String)> {
+        let mut lines = Vec::new();
+        if self.crossings > 0 {
+            let pairs = counted(self.crossings, "pair");
+            lines.push(("crossings", format!("{pairs} of lines, split where they crossed")));
+        }
+        if self.region_count > 0 {
+            lines.push(("regions", thousands(self.region_count)));
+        }
+        if self.hole_regions > 0 {
+            let (holes, triangles) = (thousands(self.hole_regions), counted(self.hole_triangles, "triangle"));
+            let mut text = format!("{holes}, {triangles}");
+            if self.seeds > 0 {
+                text += &format!("; {} given", counted(self.seeds, "seed"));
+            }
+            if self.exterior_is_hole {
+                text += "; what is outside of all lines is one";
+            }
+            lines.push(("holes", text));
+        }
+        if self.site_count > 0 {
+            lines.push(("sites", thousands(self.site_count)));
+        }
         lines
     }
 
@@ -276,6 +330,26 @@ impl Summary {
         lines.push(("bytes", shares.join(", ")));
         lines
     }
+}
+
+/// Rows of files and what came from each, as many as the screen has room for.
+fn files<'a>(
+    title: &'static str,
+    files: impl ExactSizeIterator<Item = (&'a String, String)> + Clone,
+) -> Vec<(&'static str, String)> {
+    let hidden = files.len().saturating_sub(SOURCES_SHOWN) as u64;
+    let shown = files.take(SOURCES_SHOWN);
+    let width = shown.clone().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
+    let mut lines: Vec<_> = shown
+        .map(|(name, count)| ("", format!("{:<width$}  {count}", printable(name))))
+        .collect();
+    if let Some(first) = lines.first_mut() {
+        first.0 = title;
+    }
+    if hidden > 0 {
+        lines.push(("", format!("and {} more; --json lists them all", thousands(hidden))));
+    }
+    lines
 }
 
 /// A number of things: `1 record`, `2 records`.

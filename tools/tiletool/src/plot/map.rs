@@ -18,6 +18,9 @@ const HULL: &str = "#1f4e6f";
 const BORDER: &str = "#f5dfb8";
 const CELL: &str = "#c8452f";
 const CONSTRAINT: &str = "#2f7d4f";
+const WALL: &str = "#4a2c1d";
+const HOLE: &str = "#cfd3d6";
+const SITE: &str = "#a8327a";
 
 /// The most points that are drawn as dots over their triangles.
 const DOTS: usize = 2000;
@@ -99,16 +102,19 @@ enum Sign {
 fn draw_mesh(svg: &mut Svg, scene: &Scene, page: &Page) -> Vec<Entry> {
     let mut legend = Vec::new();
     let pixels: Vec<_> = scene.points.iter().map(|&p| page.pixel(p)).collect();
-    if !scene.border.is_empty() {
-        let mut path = Path::default();
-        for corners in &scene.border {
-            path.polygon(corners.map(|corner| pixels[corner as usize]));
+    for (triangles, colour, text) in [
+        (&scene.border, BORDER, "border triangles"),
+        (&scene.holes, HOLE, "holes"),
+    ] {
+        if !triangles.is_empty() {
+            let mut path = Path::default();
+            for corners in triangles {
+                path.polygon(corners.map(|corner| pixels[corner as usize]));
+            }
+            svg.path(&path, &fill(colour));
+            let sign = Sign::Patch(colour);
+            legend.push(Entry { sign, text });
         }
-        svg.path(&path, &fill(BORDER));
-        legend.push(Entry {
-            sign: Sign::Patch(BORDER),
-            text: "border triangles",
-        });
     }
     // The finer the mesh, the finer its lines.
     let (width, height) = scene.bounds.size();
@@ -119,10 +125,16 @@ fn draw_mesh(svg: &mut Svg, scene: &Scene, page: &Page) -> Vec<Entry> {
     } else {
         (EDGE, (0.045 * spacing).clamp(0.4, 1.1), "edges")
     };
+    let others = if scene.walls.is_empty() {
+        "constraints"
+    } else {
+        "break lines"
+    };
     for (edges, colour, width, text) in [
         (&scene.edges, colour, width, text),
         (&scene.outline, HULL, 1.8, "hull"),
-        (&scene.constraints, CONSTRAINT, 1.2 + width, "constraints"),
+        (&scene.constraints, CONSTRAINT, 1.2 + width, others),
+        (&scene.walls, WALL, 2.2 + width, "walls"),
     ] {
         if !edges.is_empty() {
             let mut path = Path::default();
@@ -149,6 +161,17 @@ fn draw_mesh(svg: &mut Svg, scene: &Scene, page: &Page) -> Vec<Entry> {
                 text: "vertices",
             });
         }
+    }
+    if !scene.sites.is_empty() {
+        let mut path = Path::default();
+        for &site in &scene.sites {
+            path.disc(pixels[site as usize], 4.5);
+        }
+        svg.path(&path, &fill(SITE));
+        legend.push(Entry {
+            sign: Sign::Dot(SITE),
+            text: "sites",
+        });
     }
     legend
 }
@@ -289,10 +312,10 @@ fn caption(directory: &Directory, scene: &Scene) -> String {
     match (scene.thinned, scene.triangles) {
         (true, 0) => format!("Thinned: {} of {all}; no triangles", thousands(drawn)),
         (true, _) => {
-            let without = if m.constraint_edges > 0 {
-                ", without constraints"
-            } else {
-                ""
+            let without = match (m.constraint_edges, m.hole_triangles, m.sites) {
+                (0, 0, 0) => "",
+                (_, 0, 0) => ", without constraints",
+                _ => ", without constraints, holes and sites",
             };
             format!(
                 "Thinned: the Delaunay triangulation of {} of {all}{without}",

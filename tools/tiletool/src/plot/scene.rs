@@ -21,12 +21,18 @@ pub struct Scene {
     pub bounds: Rect,
     /// Each edge once, without the outline and constraints.
     pub edges: Vec<[u32; 2]>,
-    /// The edges that are constraints, if the file is drawn whole.
+    /// The edges that are constraints and no walls, if the file is drawn whole.
     pub constraints: Vec<[u32; 2]>,
+    /// The edges that are walls, if the file is drawn whole.
+    pub walls: Vec<[u32; 2]>,
     /// The edges of the hull, if the file is drawn whole.
     pub outline: Vec<[u32; 2]>,
     /// Triangles that stand in no core, if the file is drawn whole.
     pub border: Vec<[u32; 3]>,
+    /// Triangles in holes, if the file is drawn whole.
+    pub holes: Vec<[u32; 3]>,
+    /// Points that are sites, if the file is drawn whole.
+    pub sites: Vec<u32>,
     /// Triangles that the edges are of.
     pub triangles: u64,
     /// Whether this is a sample.
@@ -57,9 +63,11 @@ impl Scene {
         let first_of: Vec<u32> = first_of.collect();
         let limit = directory.metadata.triangles as usize;
         let mut points = Vec::new();
-        let (mut triangles, mut border, mut constraints) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut triangles, mut border, mut holes) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut constraints, mut walls, mut sites) = (Vec::new(), Vec::new(), Vec::new());
         let mut tiles = reader.tiles();
         while let Some(tile) = tiles.try_next().await? {
+            sites.extend(tile.sites().map(|site| points.len() as u32 + site.vertex));
             points.extend(tile.points());
             for triangle in tile.owned_triangles() {
                 let mut corners = [0; 3];
@@ -77,11 +85,18 @@ impl Scene {
                 }
                 for side in (0..3).filter(|&s| tile.is_constraint(3 * triangle + s)) {
                     let [a, b] = [side, (side + 1) % 3].map(|s| corners[s as usize]);
-                    constraints.push([a.min(b), a.max(b)]);
+                    let edges = match tile.is_wall(3 * triangle + side) {
+                        true => &mut walls,
+                        false => &mut constraints,
+                    };
+                    edges.push([a.min(b), a.max(b)]);
                 }
                 triangles.push(corners);
                 if triangle >= tile.core_triangle_count() {
                     border.push(corners);
+                }
+                if tile.is_hole(triangle) {
+                    holes.push(corners);
                 }
                 let owned = triangles.len() <= limit;
                 ensure!(
@@ -93,18 +108,24 @@ impl Scene {
             }
         }
         let (mut edges, mut outline) = edges_of(&triangles);
-        constraints.sort_unstable();
-        constraints.dedup();
-        for edges in [&mut edges, &mut outline] {
-            edges.retain(|edge| constraints.binary_search(edge).is_err());
+        for lines in [&mut constraints, &mut walls] {
+            lines.sort_unstable();
+            lines.dedup();
+            for edges in [&mut edges, &mut outline] {
+                edges.retain(|edge| lines.binary_search(edge).is_err());
+            }
         }
+        sites.dedup();
         Ok(Self {
             points,
             bounds: Rect::EMPTY,
             edges,
             constraints,
+            walls,
             outline,
             border,
+            holes,
+            sites,
             triangles: triangles.len() as u64,
             thinned: false,
         })
@@ -143,8 +164,11 @@ impl Scene {
             bounds: Rect::EMPTY,
             edges,
             constraints: Vec::new(),
+            walls: Vec::new(),
             outline: Vec::new(),
             border: Vec::new(),
+            holes: Vec::new(),
+            sites: Vec::new(),
             triangles: mesh.triangles.len() as u64,
             thinned: true,
         })

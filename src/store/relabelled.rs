@@ -1,0 +1,109 @@
+//! For tests: the same tiles with other regions.
+
+use futures::stream::TryStreamExt;
+
+use super::{
+    Across, BorderDraft, Component, CoreDraft, Directory, ELSEWHERE, HULL, Metadata, OpenOptions, Tile, TileEntry,
+    TileReader, TileWriter,
+};
+use crate::io::{Buffers, MemoryFile};
+use crate::mesh::NONE;
+
+/// What a tile is made of, without constraints.
+fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
+    let core_sides = 3 * tile.core_triangle_count();
+    let vertices = 0..tile.vertex_count();
+    let triangles: Vec<[u32; 3]> = (0..tile.triangle_count()).map(|t| tile.corners(t)).collect();
+    let (of_core, of_border) = triangles.split_at(tile.core_triangle_count() as usize);
+    let across = |side| match tile.across(side) {
+        Across::Side(side) => u64::from(side),
+        Across::Elsewhere => ELSEWHERE,
+        Across::Hull => HULL,
+    };
+    let in_core = |side: u32| match tile.across(side) {
+        Across::Side(other) if other < core_sides => other,
+        _ => NONE,
+    };
+    let sides = |t: u32| [3 * t, 3 * t + 1, 3 * t + 2];
+    let corners = of_border.as_flattened().iter().copied();
+    let foreign = corners
+        .max()
+        .map_or(0, |last| (last + 1).saturating_sub(tile.vertex_count()));
+    let links = (0..core_sides).filter_map(|side| match tile.across(side) {
+        Across::Side(other) if other >= core_sides => Some((side, other)),
+        _ => None,
+    });
+    let leaving = vertices.clone().filter_map(|v| Some((v, tile.side_leaving(v)?)));
+    let core = CoreDraft {
+        points: tile.points().collect(),
+        z: vertices.clone().filter_map(|v| tile.z(v)).collect(),
+        records: vertices.map(|v| tile.record(v)).collect(),
+        triangles: of_core.to_vec(),
+        neighbours: (0..tile.core_triangle_count()).map(|t| sides(t).map(in_core)).collect(),
+        ..CoreDraft::default()
+    };
+    let border = BorderDraft {
+        vertices: tile.vertex_count(),
+        core_triangles: tile.core_triangle_count(),
+        foreign: (0..foreign)
+            .map(|corner| tile.vertex(tile.vertex_count() + corner))
+            .map(|v| (v.id, v.point))
+            .collect(),
+        triangles: of_border.to_vec(),
+        neighbours: (tile.core_triangle_count()..tile.triangle_count())
+            .map(|t| sides(t).map(across))
+            .collect(),
+        core_links: links.collect(),
+        vertex_sides: leaving.filter(|&(_, side)| side >= core_sides).collect(),
+        ..BorderDraft::default()
+    };
+    (core, border)
+}
+
+/// Writes a file again, with what `change` makes of its tiles and `metadata` of its root. Triangles are of the regions, depths
+/// and kinds that `label` says.
+pub(crate) async fn relabelled(
+    reader: &TileReader,
+    label: impl Fn(&Tile, u32) -> Component,
+    change: impl Fn(&Tile, &mut CoreDraft, &mut BorderDraft),
+    metadata: impl FnOnce(&mut Metadata),
+) -> MemoryFile {
+    let file = MemoryFile::default();
+    let mut writer = TileWriter::new(file.clone());
+    let tiles: Vec<_> = reader.tiles().try_collect().await.unwrap();
+    let (mut cores, mut borders) = (Vec::new(), Vec::new());
+    for tile in tiles {
+        let (mut core, mut border) = drafts(&tile);
+        let mut components: Vec<u32> = Vec::new();
+        for triangle in 0..tile.triangle_count() {
+            let label = label(&tile, triangle);
+            let place = border.regions.iter().position(|&other| other == label);
+            components.push(place.unwrap_or(border.regions.len()) as u32);
+            if place.is_none() {
+                border.regions.push(label);
+            }
+        }
+        border.components = components.split_off(core.triangles.len());
+        core.components = components;
+        change(&tile, &mut core, &mut border);
+        let buffers = Buffers::default();
+        let bytes = core.encode(tile.id(), 1, &buffers);
+        cores.push(writer.append_core(&bytes).await.unwrap());
+        borders.push(border.encode(tile.id(), 1, &buffers));
+    }
+    let mut directory: Directory = reader.directory().clone();
+    for ((entry, core), border) in directory.tiles.iter_mut().zip(cores).zip(borders) {
+        let border = writer.append_border(&border).await.unwrap();
+        *entry = TileEntry { core, border, ..*entry };
+    }
+    metadata(&mut directory.metadata);
+    writer.finish(&directory).await.unwrap();
+    file
+}
+
+/// Opens such a file.
+pub(crate) async fn opened(file: MemoryFile) -> TileReader {
+    TileReader::open_source(file, "relabelled", OpenOptions::default())
+        .await
+        .unwrap()
+}

@@ -1,0 +1,134 @@
+//! From bytes to a tile: what is checked, so that nothing panics later.
+
+use bytes::Bytes;
+
+use super::super::directory::{check_crc, verified};
+use super::super::generated::tile as schema;
+use super::super::packed::Packed;
+use super::regions::Regions;
+use super::sides::{SideBits, Sources};
+use super::sites::Sites;
+use super::{Tile, TileEntry, TileId};
+
+impl Tile {
+    /// Checks the bytes of a tile against its entry, and every index in them; an error says what is wrong.
+    pub(crate) fn open(id: TileId, entry: &TileEntry, core: &Bytes, border: &Bytes) -> Result<Self, String> {
+        check_crc("the core", core, entry.core.crc)?;
+        check_crc("the border", border, entry.border.crc)?;
+        let core_table: schema::Core<'_> = verified(core, "the core")?;
+        let border_table: schema::Border<'_> = verified(border, "the border")?;
+        for (part, tile, generation) in [
+            ("core", core_table.tile(), core_table.generation()),
+            ("border", border_table.tile(), border_table.generation()),
+        ] {
+            if (tile, generation) != (id.0, entry.generation) {
+                return Err(format!("the {part} is that of tile {tile}, generation {generation}"));
+            }
+        }
+        let triangles = [entry.core_triangles, entry.border_triangles].map(|count| count as usize);
+        let [core_sides, border_sides] = triangles.map(|count| 3 * count);
+        let open = |buffer: &Bytes, what: &str, table| Packed::open(buffer, table).map_err(|e| format!("{what}: {e}"));
+        let this = Self {
+            id,
+            coordinates: core.slice_ref(core_table.coordinates().bytes()),
+            z: core_table.z().map(|z| core.slice_ref(z.bytes())),
+            first_record: core_table.first_record(),
+            records: open(core, "records", core_table.records())?,
+            triangles: open(core, "triangles", core_table.triangles())?,
+            neighbours: open(core, "neighbours", core_table.neighbours())?,
+            vertex_sides: open(core, "vertex sides", core_table.vertex_sides())?,
+            foreign: border.slice_ref(border_table.foreign().bytes()),
+            border_triangles: open(border, "border triangles", border_table.triangles())?,
+            border_neighbours: open(border, "border neighbours", border_table.neighbours())?,
+            core_links: open(border, "core links", border_table.core_links())?,
+            border_vertex_sides: open(border, "border vertex sides", border_table.vertex_sides())?,
+            side_bits: [
+                SideBits::open(core, core_table.constraints(), core_table.walls(), core_sides)?,
+                SideBits::open(border, border_table.constraints(), border_table.walls(), border_sides)
+                    .map_err(|reason| format!("the border: {reason}"))?,
+            ],
+            sources: [
+                Sources::open(core, core_table.edge_sides(), core_table.edge_sources(), core_sides)?,
+                Sources::open(
+                    border,
+                    border_table.edge_sides(),
+                    border_table.edge_sources(),
+                    core_sides + border_sides,
+                )
+                .map_err(|reason| format!("the border: {reason}"))?,
+            ],
+            regions: Regions::open((core, core_table), (border, border_table), triangles)?,
+            sites: Sites::open(core, core_table, entry.vertices.into())?,
+        };
+        this.check(entry)?;
+        Ok(this)
+    }
+
+    /// Checks lengths and ranges, so that nothing panics later.
+    fn check(&self, entry: &TileEntry) -> Result<(), String> {
+        let vertices = entry.vertices as usize;
+        let (core, border) = (entry.core_triangles as usize, entry.border_triangles as usize);
+        for (what, found, expected) in [
+            ("coordinates", self.coordinates.len(), 16 * vertices),
+            ("z", self.z.as_ref().map_or(8 * vertices, Bytes::len), 8 * vertices),
+            ("records", self.records.len(), vertices),
+            ("corners of the core", self.triangles.len(), 3 * core),
+            ("neighbours of the core", self.neighbours.len(), 3 * core),
+            ("vertex sides", self.vertex_sides.len(), vertices),
+            ("corners of the border", self.border_triangles.len(), 3 * border),
+            ("neighbours of the border", self.border_neighbours.len(), 3 * border),
+            ("half links", self.core_links.len() % 2, 0),
+            ("half vertex sides", self.border_vertex_sides.len() % 2, 0),
+        ] {
+            if found != expected {
+                return Err(format!("there are {found} {what}, not {expected}"));
+            }
+        }
+        let corners = (vertices + self.foreign_count()) as u64;
+        let core_sides = 3 * core as u64;
+        let sides = core_sides + 3 * border as u64;
+        let below = |what: &str, values: &Packed, limit: u64, marks: u64| {
+            let first_mark = if marks == 0 {
+                u64::MAX
+            } else {
+                values.largest() - (marks - 1)
+            };
+            match values.iter().find(|&v| v >= limit && v < first_mark) {
+                Some(value) => Err(format!("{what} {value} is beyond {limit}")),
+                None => Ok(()),
+            }
+        };
+        below("corner", &self.triangles, vertices as u64, 0)?;
+        below("neighbour", &self.neighbours, core_sides, 1)?;
+        below("vertex side", &self.vertex_sides, core_sides, 1)?;
+        below("border corner", &self.border_triangles, corners, 0)?;
+        below("border neighbour", &self.border_neighbours, sides, 2)?;
+        let pairs = |values: &Packed| -> Vec<(u64, u64)> {
+            (0..values.len() / 2)
+                .map(|i| (values.get(2 * i), values.get(2 * i + 1)))
+                .collect()
+        };
+        for (what, values, keys) in [
+            ("core link", &self.core_links, core_sides),
+            ("border vertex side", &self.border_vertex_sides, vertices as u64),
+        ] {
+            let pairs = pairs(values);
+            let in_range = pairs.iter().all(|&(key, side)| key < keys && side < sides);
+            if !in_range || !pairs.is_sorted_by(|a, b| a.0 < b.0) {
+                return Err(format!("a {what} is out of range or out of order"));
+            }
+        }
+        if self.records.iter().any(|r| self.first_record.checked_add(r).is_none()) {
+            return Err("a record number exceeds 64 bits".to_owned());
+        }
+        let points = (0..corners as usize).map(|corner| self.corner_point(corner));
+        let negative_zero = |v: f64| v == 0.0 && v.is_sign_negative();
+        match points
+            .zip(0..)
+            .find(|(p, _)| !p.is_valid() || negative_zero(p.x) || negative_zero(p.y))
+        {
+            Some((p, corner)) => Err(format!("corner {corner} is at ({}, {})", p.x, p.y)),
+            None => Ok(()),
+        }
+    }
+}

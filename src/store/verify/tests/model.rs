@@ -1,0 +1,382 @@
+//! A file as sets of triangles, from which cores, borders and entries are made, whatever they contradict.
+
+use std::collections::{HashMap, HashSet};
+
+use futures::stream::TryStreamExt;
+
+use crate::build::{BuildOptions, Builder};
+use crate::geometry::{Point, Rect};
+use crate::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
+use crate::io::{Buffers, MemoryFile};
+use crate::mesh::NONE;
+use crate::store::directory::Directory;
+use crate::store::verify::VerifyError;
+use crate::store::{
+    BorderDraft, Component, CoreDraft, ELSEWHERE, EdgeSource, HULL, OpenOptions, Tile, TileEntry, TileId, TileReader,
+    TileWriter, VertexId, WALL_BITS,
+};
+
+pub(super) type Named = [VertexId; 3];
+
+/// A segment, and what it makes of edges along it.
+pub(super) type Sourced = ([Point; 2], EdgeSource);
+
+/// A file as sets of triangles, from which cores, borders and entries are made.
+#[derive(Clone)]
+pub(super) struct Model {
+    pub(super) directory: Directory,
+    pub(super) tiles: Vec<ModelTile>,
+}
+
+#[derive(Clone, Default)]
+pub(super) struct ModelTile {
+    pub(super) points: Vec<Point>,
+    pub(super) z: Vec<f64>,
+    pub(super) core: Vec<Named>,
+    pub(super) border: Vec<Named>,
+    /// Where the tile believes vertices of others to be, if not where they are.
+    pub(super) beliefs: HashMap<VertexId, Point>,
+    /// Pairs of vertices, the smaller first, between which the tile has constraints.
+    pub(super) constraints: HashSet<[VertexId; 2]>,
+    /// Those of them that it has for walls.
+    pub(super) walls: HashSet<[VertexId; 2]>,
+    /// The sources that it has for them, as seen from the first to the second.
+    pub(super) sources: HashMap<[VertexId; 2], Vec<EdgeSource>>,
+    /// What it says of its triangles' regions.
+    pub(super) labels: HashMap<Named, Component>,
+    /// Vertices and numbers of its sites.
+    pub(super) sites: Vec<(u32, u64)>,
+}
+
+pub(super) fn run<T>(work: impl Future<Output = T>) -> T {
+    tokio::runtime::Builder::new_current_thread()
+        .build()
+        .unwrap()
+        .block_on(work)
+}
+
+pub(super) fn pair(a: VertexId, b: VertexId) -> [VertexId; 2] {
+    [a.min(b), a.max(b)]
+}
+
+pub(super) fn smallest_first(mut t: Named) -> Named {
+    let first = (0..3).min_by_key(|&i| t[i]).unwrap();
+    t.rotate_left(first);
+    t
+}
+
+impl ModelTile {
+    fn of(tile: &Tile) -> Self {
+        let all = || (0..tile.triangle_count()).map(|t| (t, smallest_first(tile.vertices(t).map(|v| v.id))));
+        let edge = |side: u32| tile.ends(side).map(|v| v.id);
+        let unordered = |side: u32| pair(edge(side)[0], edge(side)[1]);
+        let sides = || 0..3 * tile.triangle_count();
+        let sources = tile.owned_constraints().map(|side| {
+            let is_forward = edge(side) == unordered(side);
+            let seen = |source: EdgeSource| if is_forward { source } else { source.reversed() };
+            (unordered(side), tile.edge_sources(side).map(seen).collect())
+        });
+        Self {
+            points: tile.points().collect(),
+            z: vec![1.0; tile.vertex_count() as usize],
+            core: all()
+                .filter(|(t, _)| *t < tile.core_triangle_count())
+                .map(|(_, t)| t)
+                .collect(),
+            border: all()
+                .filter(|(t, _)| *t >= tile.core_triangle_count())
+                .map(|(_, t)| t)
+                .collect(),
+            beliefs: HashMap::new(),
+            constraints: sides()
+                .filter(|&side| tile.is_constraint(side))
+                .map(unordered)
+                .collect(),
+            walls: sides().filter(|&side| tile.is_wall(side)).map(unordered).collect(),
+            sources: sources.collect(),
+            labels: all().map(|(t, named)| (named, tile.component(t))).collect(),
+            sites: tile.sites().map(|site| (site.vertex, site.number)).collect(),
+        }
+    }
+}
+
+impl Model {
+    pub(super) fn of(points: &[Point], tile_vertices: usize) -> Self {
+        Self::with_lines(points, &[], &[], tile_vertices)
+    }
+
+    /// A triangulation with segments, each with its source, and sites whose numbers are these.
+    pub(super) fn with_lines(
+        points: &[Point],
+        lines: &[Sourced],
+        sites: &[(Point, u64)],
+        tile_vertices: usize,
+    ) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("right.tiles");
+        let options = BuildOptions {
+            tile_vertices,
+            threads: 1,
+            ..BuildOptions::default()
+        };
+        run(async {
+            let mut builder = Builder::new(&path, options).unwrap();
+            for (ends, source) in lines {
+                let batch = SegmentBatch {
+                    ends: vec![*ends],
+                    lines: vec![0],
+                    ..SegmentBatch::default()
+                };
+                builder.push_lines(source.kind(), source.number(), &batch).unwrap();
+            }
+            let sites = SiteBatch {
+                points: sites.iter().map(|site| site.0).collect(),
+                ids: sites.iter().map(|site| SiteId::Number(site.1)).collect(),
+                ..SiteBatch::default()
+            };
+            builder.push_sites(&sites).unwrap();
+            let records = (0..points.len() as u64).collect();
+            let (points, z) = (points.to_vec(), vec![1.0; points.len()]);
+            builder.push(&PointBatch { points, z, records }).await.unwrap();
+            builder.finish().await.unwrap();
+            let reader = TileReader::open(&path, OpenOptions::default()).await.unwrap();
+            let tiles: Vec<_> = reader.tiles().try_collect().await.unwrap();
+            Self {
+                tiles: tiles.iter().map(|tile| ModelTile::of(tile)).collect(),
+                directory: reader.directory().clone(),
+            }
+        })
+    }
+
+    pub(super) fn point(&self, v: VertexId) -> Point {
+        self.tiles[v.tile.0 as usize].points[v.index as usize]
+    }
+
+    /// All triangles, each once.
+    pub(super) fn triangles(&self) -> Vec<Named> {
+        let all = self.tiles.iter().flat_map(|t| t.core.iter().chain(&t.border).copied());
+        let mut all: Vec<_> = all.collect::<HashSet<_>>().into_iter().collect();
+        all.sort_unstable();
+        all
+    }
+
+    /// Removes a triangle from all tiles.
+    pub(super) fn remove(&mut self, t: Named) {
+        for tile in &mut self.tiles {
+            tile.core.retain(|&other| other != t);
+            tile.border.retain(|&other| other != t);
+        }
+    }
+
+    /// Adds a triangle to the borders of its tiles, or to the core.
+    pub(super) fn add(&mut self, t: Named, core: bool) {
+        let t = smallest_first(t);
+        let tiles: HashSet<TileId> = t.iter().map(|v| v.tile).collect();
+        for tile in tiles {
+            let tile = &mut self.tiles[tile.0 as usize];
+            if core { tile.core.push(t) } else { tile.border.push(t) }
+        }
+    }
+
+    /// The other triangle at the edge from `a` to `b` of a triangle.
+    pub(super) fn across(&self, a: VertexId, b: VertexId) -> Option<Named> {
+        self.triangles()
+            .into_iter()
+            .find(|t| (0..3).any(|i| t[i] == b && t[(i + 1) % 3] == a))
+    }
+
+    pub(super) fn verify(&self) -> Result<(), VerifyError> {
+        run(async { self.open().await.verify(true).await.map(|_| ()) })
+    }
+
+    /// The file, in memory.
+    pub(super) async fn open(&self) -> TileReader {
+        let file = MemoryFile::default();
+        let mut writer = TileWriter::new(file.clone());
+        let mut entries = Vec::new();
+        for (tile, id) in self.tiles.iter().zip(0..) {
+            let (core, border, entry) = self.encode(TileId(id), tile);
+            let core = writer
+                .append_core(&core.encode(TileId(id), 1, &Buffers::default()))
+                .await
+                .unwrap();
+            let border = writer
+                .append_border(&border.encode(TileId(id), 1, &Buffers::default()))
+                .await
+                .unwrap();
+            entries.push(TileEntry { core, border, ..entry });
+        }
+        let mut directory = self.directory.clone();
+        let metadata = &mut directory.metadata;
+        metadata.vertices = entries.iter().map(|e| u64::from(e.vertices)).sum();
+        metadata.triangles = entries.iter().map(|e| u64::from(e.owned_triangles)).sum();
+        (metadata.points, metadata.duplicates, metadata.ends) = (metadata.vertices, 0, 0);
+        metadata.bounds = entries.iter().fold(Rect::EMPTY, |all, e| all.union(e.bounds));
+        metadata.tile_vertices = 1000;
+        let constraints = self.tiles.iter().flat_map(|tile| &tile.constraints);
+        metadata.constraint_edges = constraints.collect::<HashSet<_>>().len() as u64;
+        metadata.hull_edges = match metadata.triangles {
+            0 => 0,
+            triangles => (2 * metadata.vertices - 2).saturating_sub(triangles),
+        };
+        directory.tiles = entries;
+        writer.finish(&directory).await.unwrap();
+        TileReader::open_source(file, "wrong", OpenOptions::default())
+            .await
+            .unwrap()
+    }
+
+    fn encode(&self, id: TileId, tile: &ModelTile) -> (CoreDraft, BorderDraft, TileEntry) {
+        let own = tile.points.len() as u32;
+        let mut foreign: Vec<VertexId> = tile.border.iter().flatten().copied().filter(|v| v.tile != id).collect();
+        foreign.sort_unstable();
+        foreign.dedup();
+        let corner = |v: VertexId| match foreign.binary_search(&v) {
+            Ok(place) => own + place as u32,
+            Err(_) => v.index,
+        };
+        let at = |v: VertexId| tile.beliefs.get(&v).copied().unwrap_or_else(|| self.point(v));
+        let triangles: Vec<[u32; 3]> = tile.core.iter().chain(&tile.border).map(|t| t.map(corner)).collect();
+        let core_sides = 3 * tile.core.len() as u32;
+        let mut sides: HashMap<(u32, u32), u32> = HashMap::new();
+        for (t, first) in triangles.iter().zip((0u32..).step_by(3)) {
+            for s in 0..3 {
+                sides.insert((t[s as usize], t[(s as usize + 1) % 3]), first + s);
+            }
+        }
+        let (mut core_neighbours, mut neighbours, mut core_links) = (Vec::new(), Vec::new(), Vec::new());
+        for (t, first) in triangles.iter().zip((0u32..).step_by(3)) {
+            let across = [0, 1, 2].map(|s| {
+                let (from, to) = (t[s], t[(s + 1) % 3]);
+                (sides.get(&(to, from)).copied(), from >= own && to >= own)
+            });
+            if first < core_sides {
+                core_neighbours.push(across.map(|(side, _)| side.filter(|&s| s < core_sides).unwrap_or(NONE)));
+                for (s, (side, _)) in (0..).zip(across) {
+                    core_links.extend(
+                        side.filter(|&other| other >= core_sides)
+                            .map(|other| (first + s, other)),
+                    );
+                }
+            } else {
+                neighbours.push(across.map(|(side, foreign)| match side {
+                    Some(side) => side.into(),
+                    None if foreign => ELSEWHERE,
+                    None => HULL,
+                }));
+            }
+        }
+        let bits = |triangles: &[Named]| -> Vec<u8> {
+            let sides = |t: &Named, set: &HashSet<[VertexId; 2]>| -> u8 {
+                let is_one = |s: &usize| set.contains(&pair(t[*s], t[(*s + 1) % 3]));
+                (0..3).filter(is_one).map(|s| 1 << s).sum()
+            };
+            let both = |t: &Named| sides(t, &tile.constraints) | sides(t, &tile.walls) << WALL_BITS;
+            triangles.iter().map(both).collect()
+        };
+        let mut edge_sources = [Vec::new(), Vec::new()];
+        for (&edge, sources) in &tile.sources {
+            let [from, to] = edge.map(corner);
+            let (forward, backward) = (sides.get(&(from, to)), sides.get(&(to, from)));
+            let Some(&side) = forward.into_iter().chain(backward).min() else {
+                continue;
+            };
+            let seen = |source: &EdgeSource| {
+                if forward == Some(&side) {
+                    *source
+                } else {
+                    source.reversed()
+                }
+            };
+            let in_core = |side: Option<&u32>| side.is_some_and(|&side| side < core_sides);
+            let part = usize::from(!in_core(forward) || !in_core(backward));
+            edge_sources[part].extend(sources.iter().map(|source| (side, seen(source))));
+        }
+        edge_sources.iter_mut().for_each(|edges| edges.sort_unstable());
+        let [of_core, of_others] = edge_sources;
+        let label = |t: &Named| tile.labels.get(t).copied().unwrap_or_default();
+        let mut regions: Vec<Component> = Vec::new();
+        let mut components = |triangles: &[Named]| -> Vec<u32> {
+            let place = |t| {
+                let label = label(t);
+                let found = regions.iter().position(|&other| other == label);
+                found.unwrap_or_else(|| {
+                    regions.push(label);
+                    regions.len() - 1
+                }) as u32
+            };
+            triangles.iter().map(place).collect()
+        };
+        let [core_components, border_components] = [&tile.core, &tile.border].map(|t| components(t));
+        let in_core: HashSet<u32> = tile.core.iter().flatten().map(|v| v.index).collect();
+        let mut leaving: Vec<(u32, u32)> = triangles[tile.core.len()..]
+            .as_flattened()
+            .iter()
+            .copied()
+            .zip(core_sides..)
+            .collect();
+        leaving.retain(|(v, _)| *v < own && !in_core.contains(v));
+        leaving.sort_unstable();
+        leaving.dedup_by_key(|s| s.0);
+        let smallest = |t: &Named| t.iter().min_by(|a, b| at(**a).lex_cmp(at(**b))).unwrap().tile;
+        let owned: Vec<&Named> = tile
+            .core
+            .iter()
+            .chain(tile.border.iter().filter(|t| smallest(t) == id))
+            .collect();
+        let corners = owned.iter().flat_map(|t| t.iter().map(|&v| at(v)));
+        let bounds = Rect::around(tile.points.iter().copied().chain(corners));
+        let entry = TileEntry {
+            generation: 1,
+            vertices: own,
+            core_triangles: tile.core.len() as u32,
+            border_triangles: tile.border.len() as u32,
+            owned_triangles: owned.len() as u32,
+            bounds,
+            ..self.directory.tiles[0]
+        };
+        let core = CoreDraft {
+            points: tile.points.clone(),
+            z: tile.z.clone(),
+            records: (0..own.into()).collect(),
+            triangles: triangles[..tile.core.len()].to_vec(),
+            neighbours: core_neighbours,
+            constraints: bits(&tile.core),
+            components: core_components,
+            edge_sources: of_core,
+            sites: tile.sites.clone(),
+            site_ids: Vec::new(),
+        };
+        let border = BorderDraft {
+            vertices: own,
+            core_triangles: tile.core.len() as u32,
+            foreign: foreign.iter().map(|&v| (v, at(v))).collect(),
+            triangles: triangles[tile.core.len()..].to_vec(),
+            neighbours,
+            core_links,
+            vertex_sides: leaving,
+            constraints: bits(&tile.border),
+            components: border_components,
+            regions,
+            edge_sources: of_others,
+        };
+        (core, border, entry)
+    }
+
+    /// Two neighbours whose quad is convex, so that their edge can be flipped: the triangles, and what they become.
+    pub(super) fn flips(&self, wanted: impl Fn(&[VertexId; 4]) -> bool) -> Vec<([Named; 2], [Named; 2])> {
+        use crate::geometry::{Orientation::CounterClockwise, orient2d};
+        let left = |a, b, c| orient2d(self.point(a), self.point(b), self.point(c)) == CounterClockwise;
+        let sides = self
+            .triangles()
+            .into_iter()
+            .flat_map(|t| [0, 1, 2].map(|i| (t, [t[i], t[(i + 1) % 3], t[(i + 2) % 3]])));
+        let flips = sides.filter_map(|(t, [a, b, c])| {
+            let other = self.across(a, b)?;
+            let d = *other.iter().find(|&&v| v != a && v != b)?;
+            let convex = left(d, b, c) && left(c, a, d);
+            (convex && wanted(&[a, b, c, d])).then_some(([t, other], [[d, b, c], [c, a, d]]))
+        });
+        flips.collect()
+    }
+}
