@@ -95,6 +95,11 @@ impl<const N: usize> Expansion<N> {
         }
     }
 
+    /// The number, with a relative error of a few roundings.
+    pub(super) fn estimate(&self) -> f64 {
+        self.terms().iter().sum()
+    }
+
     /// The same number in less room. Panics if it has more than `M` terms.
     pub(super) fn shrunk<const M: usize>(&self) -> Expansion<M> {
         let mut result = Expansion::ZERO;
@@ -223,6 +228,8 @@ mod tests {
             let exact = &(&exact * &xf) - &(&xa - &xb);
             prop_assert_eq!(value(&total).sign_of_difference(&exact), Ordering::Equal);
             prop_assert_eq!(total.sign(), exact.sign());
+            let error = (&Exact::from(total.estimate()) - &exact).sign_of_difference(&Exact::from(total.estimate().abs() * 1e-15));
+            prop_assert_ne!(error, Ordering::Greater);
             prop_assert!(total.terms().is_sorted_by(|x, y| x.abs() < y.abs()));
             prop_assert!(total.terms().iter().all(|&term| term != 0.0));
         }

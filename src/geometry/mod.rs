@@ -2,7 +2,9 @@
 //!
 //! Knows nothing of the rest of the crate.
 
+mod area;
 mod circumdisc;
+mod crossing;
 mod expansion;
 mod morton;
 #[cfg(test)]
@@ -10,7 +12,11 @@ mod oracle;
 mod point;
 mod predicates;
 
+pub use area::area_sign;
 pub use circumdisc::disc_strictly_inside;
+pub(crate) use crossing::{ExactCrossing, cross_outside, segment_meets};
+pub use crossing::{crossing_point, segments_cross};
 pub(crate) use morton::MortonSquare;
 pub use point::{Point, Rect};
+pub(crate) use predicates::turn;
 pub use predicates::{Orientation, in_circle, incircle, orient2d};

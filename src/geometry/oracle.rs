@@ -101,6 +101,11 @@ pub(super) fn orient2d(a: Point, b: Point, c: Point) -> Ordering {
     cross(&vector(a, b), &vector(a, c)).sign()
 }
 
+/// The sign of the cross product of the vectors ab and cd.
+pub(super) fn turn([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Ordering {
+    cross(&vector(a, b), &vector(c, d)).sign()
+}
+
 /// The sign of the incircle determinant as the textbooks write it, by its column of squares.
 pub(super) fn incircle(a: Point, b: Point, c: Point, d: Point) -> Ordering {
     let [a, b, c] = [a, b, c].map(|p| vector(d, p));

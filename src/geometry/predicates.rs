@@ -97,6 +97,22 @@ pub fn orient2d(a: Point, b: Point, c: Point) -> Orientation {
     sign.into()
 }
 
+/// Which way one turns from the direction from `a` to `b` into that from `c` to `d`, by less than a half-turn: not at all
+/// if they are parallel, whichever way they point, or one is of no length. Exact for all valid points.
+#[inline]
+pub(crate) fn turn([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Orientation {
+    let left = (b.x - a.x) * (d.y - c.y);
+    let right = (b.y - a.y) * (d.x - c.x);
+    let det = left - right;
+    // The same operations as for three points, so the same bound.
+    let sign = if det.abs() >= (left.abs() + right.abs()) * ORIENT2D_BOUND {
+        sign(det)
+    } else {
+        turn_exact([a, b], [c, d])
+    };
+    sign.into()
+}
+
 /// Where `d` lies relative to the circle through `a`, `b` and `c`, which are counter-clockwise: `Greater` if inside,
 /// `Equal` if on it, `Less` if outside. Exact for all valid points.
 ///
@@ -182,6 +198,22 @@ fn orient2d_exact(a: Point, b: Point, c: Point) -> Ordering {
 
 #[cold]
 #[inline(never)]
+fn turn_exact([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Ordering {
+    if let Some([a, b, c, d]) = to_integers([a, b, c, d]) {
+        let left = product(b.x - a.x, d.y - c.y);
+        return left.cmp(&product(b.y - a.y, d.x - c.x));
+    }
+    turn_expansion([a, b], [c, d])
+}
+
+#[inline(never)]
+fn turn_expansion([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Ordering {
+    let (one, other) = (Vector::<2>::between(a, b), Vector::<2>::between(c, d));
+    one.cross::<8, 16>(&other).sign()
+}
+
+#[cold]
+#[inline(never)]
 fn incircle_exact(a: Point, b: Point, c: Point, d: Point) -> Ordering {
     if let Some([a, b, c, d]) = to_integers([a, b, c, d]) {
         let (abx, aby) = (a.x - b.x, a.y - b.y);
@@ -261,8 +293,13 @@ fn wide_product(a: i128, b: i128) -> (i128, u128) {
 
 #[inline(never)]
 fn orient2d_expansion(a: Point, b: Point, c: Point) -> Ordering {
+    orientation_determinant(a, b, c).sign()
+}
+
+/// The determinant whose sign is the orientation: twice the signed area of the triangle.
+pub(super) fn orientation_determinant(a: Point, b: Point, c: Point) -> Expansion<16> {
     let from_c = |p: Point| Vector::<2>::between(c, p);
-    from_c(a).cross::<8, 16>(&from_c(b)).sign()
+    from_c(a).cross::<8, 16>(&from_c(b))
 }
 
 #[inline(never)]

@@ -65,7 +65,7 @@ pub enum InputError {
     /// Neither the name nor an option tells the format.
     #[error(
         "{}: the name does not tell the format; give it with --format, or use one of the suffixes .csv .tsv .txt .xyz \
-         .f64 .node .geojson .json .geojsonl .las .laz (and .gz after any but the last two)",
+         .f64 .node .poly .geojson .json .geojsonl .las .laz (and .gz after any but the last two)",
         path.display()
     )]
     UnknownFormat {
@@ -114,6 +114,50 @@ pub enum InputError {
         path: PathBuf,
         /// The number of the segment, over all inputs.
         segment: u64,
+        /// Where in the file.
+        place: Place,
+        /// What was found.
+        found: String,
+    },
+    /// The name does not tell that a file has polygons.
+    #[error(
+        "{}: obstacles are read from GeoJSON, and the name does not tell that this is some; use one of the suffixes .geojson .json \
+         .geojsonl (and .gz after any of these)",
+        path.display()
+    )]
+    UnknownObstacles {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A record is no polygon.
+    #[error("{}: obstacle {obstacle} ({place}): {found}", path.display())]
+    Obstacle {
+        /// The file.
+        path: PathBuf,
+        /// The number of the feature, over all inputs.
+        obstacle: u64,
+        /// Where in the file.
+        place: Place,
+        /// What was found.
+        found: String,
+    },
+    /// The name does not tell the format of a file with sites.
+    #[error(
+        "{}: the name does not tell how sites are written in it; use one of the suffixes .geojson .json .geojsonl .csv .tsv .txt \
+         .xyz (and .gz after any of these)",
+        path.display()
+    )]
+    UnknownSites {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A record is no site.
+    #[error("{}: site {site} ({place}): {found}", path.display())]
+    Site {
+        /// The file.
+        path: PathBuf,
+        /// The number of the site, over all inputs.
+        site: u64,
         /// Where in the file.
         place: Place,
         /// What was found.

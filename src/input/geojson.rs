@@ -1,4 +1,4 @@
-//! GeoJSON (RFC 7946): positions of all geometries.
+//! GeoJSON (RFC 7946): positions of all geometries, and where lines, geometries and features end.
 //!
 //! In: a document (FeatureCollection, Feature or any geometry), or many of them one after the other, as in
 //! newline-delimited files. Out: every position in document order. Points are points; lines and polygons give their
@@ -9,12 +9,16 @@
 //! when it ends. Why not the crate `geojson`: its `FeatureReader` takes the file's first `[` for that of `features`
 //! (a `bbox` before it is enough to fail) and holds a feature at a time.
 
+mod features;
+mod ids;
+mod points;
+
+pub(super) use features::Features;
+
 use super::bytes::ByteInput;
 use super::error::excerpt;
 use super::json::{Json, ValueType};
-use super::reader::Reader;
-use super::sink::Sink;
-use super::{InputError, Place};
+use super::{InputError, Place, SiteId};
 
 const HINT: &str = "GeoJSON (RFC 7946) is due";
 
@@ -35,7 +39,16 @@ pub(super) struct GeoJson {
     polygons: Tally,
     lines: Tally,
     name: String,
+    /// The member of a feature that is wanted as its id.
+    id_field: Option<Box<str>>,
+    /// The id of the feature that is at its end.
+    id: Option<FoundId>,
+    /// The place of a record that is at its end, and still to be told of.
+    record: Option<Place>,
 }
+
+/// An id, or what is wrong with it.
+type FoundId = Result<SiteId, String>;
 
 /// What is open, from the outside in, but for `coordinates`.
 enum Frame {
@@ -57,6 +70,8 @@ enum Role {
 struct Object {
     role: Role,
     kind: Option<Kind>,
+    /// Where it begins.
+    place: Place,
     /// The defining members seen.
     features: bool,
     geometry: bool,
@@ -66,6 +81,11 @@ struct Object {
     level: Option<usize>,
     /// Its arrays that ended, by level: `arrays[2]` are the rings of a polygon.
     arrays: [u64; LEVELS + 1],
+    /// The same, but of the array around them alone.
+    siblings: [u64; LEVELS + 1],
+    /// The wanted property, and the member `id`.
+    property: Option<FoundId>,
+    id: Option<FoundId>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,10 +133,12 @@ impl Kind {
 #[derive(Clone, Copy)]
 pub(super) enum Event {
     Position(Position),
-    /// A line or a ring is at its end, if the geometry has any.
-    LineEnd,
-    /// A geometry with coordinates is at its end.
-    Geometry(Kind),
+    /// A line or a ring is at its end, if the geometry has any: which one of its array, from 0. A polygon's outer ring is 0.
+    LineEnd(u64),
+    /// A geometry with coordinates is at its end; it began there.
+    Geometry(Kind, Place),
+    /// A feature, or a geometry outside of all, is at its end; it began there.
+    Record(Place),
 }
 
 /// A position, good or not.
@@ -147,13 +169,6 @@ impl Position {
     pub(super) fn place(self) -> Place {
         Place::Byte(self.offset)
     }
-
-    fn put(self, sink: &mut Sink<'_>) -> Result<(), InputError> {
-        match self.coordinates() {
-            Ok((x, y, z)) => sink.point(x, y, z, || self.place()),
-            Err(found) => sink.invalid(|| self.place(), || found),
-        }
-    }
 }
 
 /// Geometries of a kind, and their vertices.
@@ -177,6 +192,9 @@ impl GeoJson {
             polygons: Tally::default(),
             lines: Tally::default(),
             name,
+            id_field: None,
+            id: None,
+            record: None,
         };
         if this.json.is_blank() {
             return Err(this.json.malformed("the file is empty".to_owned(), HINT));
@@ -185,12 +203,12 @@ impl GeoJson {
         Ok(this)
     }
 
-    /// A reader of points, which has looked at the first one.
-    pub fn of_points(input: ByteInput) -> Result<Self, InputError> {
-        let mut this = Self::new(input)?;
-        this.first = this.next_position()?;
-        this.has_z = this.first.is_some_and(|position| position.length > 2);
-        Ok(this)
+    /// The type of the geometry whose coordinates come, if it is known by now.
+    pub fn kind(&self) -> Option<Kind> {
+        match self.open.last() {
+            Some(Frame::Object(object)) => object.kind,
+            _ => None,
+        }
     }
 
     /// Begins an object that is due.
@@ -200,12 +218,16 @@ impl GeoJson {
         self.open.push(Frame::Object(Object {
             role,
             kind: None,
+            place: Place::Byte(self.json.offset()),
             features: false,
             geometry: false,
             coordinates: false,
             geometries: false,
             level: None,
             arrays: [0; LEVELS + 1],
+            siblings: [0; LEVELS + 1],
+            property: None,
+            id: None,
         }));
         Ok(())
     }
@@ -218,17 +240,6 @@ impl GeoJson {
         Err(self.json.malformed(problem.to_owned(), HINT))
     }
 
-    /// The next position; `None` at the end of the file.
-    fn next_position(&mut self) -> Result<Option<Position>, InputError> {
-        loop {
-            match self.next_event()? {
-                Some(Event::Position(position)) => return Ok(Some(position)),
-                Some(Event::LineEnd | Event::Geometry(_)) => {}
-                None => return Ok(None),
-            }
-        }
-    }
-
     /// What comes next; `None` at the end of the file.
     pub(super) fn next_event(&mut self) -> Result<Option<Event>, InputError> {
         loop {
@@ -237,6 +248,9 @@ impl GeoJson {
                     return Ok(Some(event));
                 }
                 continue;
+            }
+            if let Some(place) = self.record.take() {
+                return Ok(Some(Event::Record(place)));
             }
             let has_next = self.json.has_next()?;
             match self.open.last() {
@@ -248,11 +262,13 @@ impl GeoJson {
                     let mut geometry = None;
                     if let Some(Frame::Object(object)) = self.open.pop() {
                         self.leave(&object)?;
-                        geometry = object.kind.filter(|_| object.coordinates);
+                        let kind = object.kind.filter(|_| object.coordinates);
+                        geometry = kind.map(|kind| Event::Geometry(kind, object.place));
+                        self.end_record(object);
                     }
                     self.json.end_object()?;
-                    if let Some(kind) = geometry {
-                        return Ok(Some(Event::Geometry(kind)));
+                    if geometry.is_some() {
+                        return Ok(geometry);
                     }
                 }
                 Some(Frame::Features | Frame::Geometries) => {
@@ -261,6 +277,15 @@ impl GeoJson {
                 }
                 None => return Ok(None),
             }
+        }
+    }
+
+    /// Notes it if an object that ended is a record.
+    fn end_record(&mut self, object: Object) {
+        let is_feature = object.kind == Some(Kind::Feature);
+        if is_feature || (object.role == Role::Root && object.kind != Some(Kind::FeatureCollection)) {
+            self.record = Some(object.place);
+            self.id = object.property.or(object.id).filter(|_| is_feature);
         }
     }
 
@@ -304,6 +329,13 @@ impl GeoJson {
                 self.begin_array()?;
             }
             "crs" if role == Role::Root && self.crs.is_none() => self.read_crs(&["properties", "name"])?,
+            "properties" if role != Role::Geometry && self.id_field.is_some() => self.read_properties()?,
+            "id" if role != Role::Geometry && self.id_field.as_deref() == Some("id") => {
+                let id = self.read_id()?;
+                if let Some(Frame::Object(object)) = self.open.last_mut() {
+                    object.id = id;
+                }
+            }
             _ => self.json.skip()?,
         }
         Ok(())
@@ -331,6 +363,11 @@ impl GeoJson {
     /// Begins an array within `coordinates`, or theirs.
     fn begin_array(&mut self) -> Result<(), InputError> {
         self.level += 1;
+        if let Some(Frame::Object(object)) = self.open.last_mut()
+            && let Some(inside) = object.siblings.get_mut(self.level + 1)
+        {
+            *inside = 0;
+        }
         self.position = Position {
             offset: self.json.offset(),
             ..Position::default()
@@ -346,12 +383,14 @@ impl GeoJson {
         let in_position = object.level == Some(self.level);
         if !self.json.has_next()? {
             object.arrays[self.level] += 1;
+            let line = object.siblings[self.level];
+            object.siblings[self.level] += 1;
             let ends_line = object.level == Some(self.level + 1);
             self.level -= 1;
             self.json.end_array()?;
             return Ok(match (in_position, ends_line) {
                 (true, _) => Some(Event::Position(self.position)),
-                (_, true) => Some(Event::LineEnd),
+                (_, true) => Some(Event::LineEnd(line)),
                 _ => None,
             });
         }
@@ -414,42 +453,5 @@ impl GeoJson {
         tally.geometries += geometries;
         tally.vertices += object.arrays[kind.level()];
         Ok(())
-    }
-}
-
-impl Reader for GeoJson {
-    fn has_z(&self) -> bool {
-        self.has_z
-    }
-
-    fn crs(&self) -> Option<&str> {
-        self.crs.as_deref()
-    }
-
-    fn fill(&mut self, sink: &mut Sink<'_>) -> Result<bool, InputError> {
-        while !sink.is_full() {
-            let position = match self.first.take() {
-                Some(first) => Some(first),
-                None => self.next_position()?,
-            };
-            match position {
-                Some(position) => position.put(sink)?,
-                None => return Ok(false),
-            }
-        }
-        Ok(true)
-    }
-
-    fn notes(&self) -> Vec<String> {
-        [("polygons give", &self.polygons), ("lines give", &self.lines)]
-            .into_iter()
-            .filter(|(_, tally)| tally.geometries > 0)
-            .map(|(what, tally)| {
-                format!(
-                    "{}: {} {what} their {} vertices",
-                    self.name, tally.geometries, tally.vertices
-                )
-            })
-            .collect()
     }
 }

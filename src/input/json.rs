@@ -133,9 +133,14 @@ impl Json {
     }
 
     pub fn number(&mut self) -> Result<f64, InputError> {
-        let number = limited(&mut self.json, LONGEST).next_number_as_str();
-        let number = number.map_err(|e| self.origin.explain(e))?;
-        Ok(number.parse().unwrap_or(f64::NAN))
+        Ok(self.number_text()?.parse().unwrap_or(f64::NAN))
+    }
+
+    /// A number as it is written.
+    pub fn number_text(&mut self) -> Result<&str, InputError> {
+        limited(&mut self.json, LONGEST)
+            .next_number_as_str()
+            .map_err(|e| self.origin.explain(e))
     }
 
     /// Looks at what comes, and notes where it is.

@@ -1,4 +1,14 @@
-//! What comes in: points from files, as one blocking stream of batches.
+//! What comes in: points, segments and sites from files, each as one blocking stream of batches.
+//!
+//! | what | from | by |
+//! |---|---|---|
+//! | points | the formats below | [`PointSource`] |
+//! | lines: break lines, walls | GeoJSON, rows `x1,y1,x2,y2`, raw pairs of record numbers | [`SegmentSource::open`] |
+//! | obstacles | GeoJSON's polygons, directed | [`SegmentSource::open_obstacles`] |
+//! | segments and hole points | Triangle's `.poly` | [`PolySource`] |
+//! | sites: points with an id | GeoJSON's points, rows `x,y,id` | [`SiteSource`] |
+//!
+//! The rest of this page is about points; the others say on their own pages what they read, count and keep.
 //!
 //! In: paths (or streams) in any mix of the formats below, and [`InputOptions`]. Out: [`PointBatch`]es in input order,
 //! every point valid ([`Point::is_valid`]), normalized ([`Point::normalized`]) and with its record number. Why one stream:
@@ -16,6 +26,7 @@
 //! | rows of text: comma, semicolon, tab, blanks | `text` over `rows` | yes | `text` |
 //! | raw little-endian f64 | `raw` | yes | |
 //! | Triangle's and TetGen's `.node` | `node` | yes | |
+//! | the points of Triangle's `.poly` | `node`; `poly` has the rest | yes, but for those with a `.node` beside them | |
 //! | GeoJSON, newline-delimited too | `geojson` over `json` | yes | `geojson` |
 //! | LAS, LAZ, COPC | `las`, `laz` | no: needs a file | `las` |
 //!
@@ -26,8 +37,8 @@
 //!
 //! **Record numbers** are u64 positions from 0 over all inputs in order. Every record counts, those that are skipped,
 //! withheld or filtered too, so that a number finds its record again whatever the options: text rows (not header,
-//! comment and blank lines), pairs or triples of f64, rows of `.node`, GeoJSON positions in document order (the closing
-//! one of a ring too), LAS points.
+//! comment and blank lines), pairs or triples of f64, points of `.node` and `.poly`, GeoJSON positions in document order
+//! (the closing one of a ring too), LAS points.
 //!
 //! **z**: [`PointSource::has_z`] is known at open, since every file's header or first record is looked at. If any input
 //! has z then every batch has z for all of its points, and points without one get 0.0, which a note reports;
@@ -35,6 +46,7 @@
 
 mod bytes;
 mod error;
+mod files;
 #[cfg(feature = "geojson")]
 mod geojson;
 #[cfg(feature = "geojson")]
@@ -46,6 +58,7 @@ mod laz;
 mod lines;
 mod node;
 mod options;
+mod poly;
 mod raw;
 mod reader;
 #[cfg(feature = "text")]
@@ -53,14 +66,21 @@ mod rows;
 mod sample;
 mod segments;
 mod sink;
+#[cfg_attr(
+    not(any(feature = "text", feature = "geojson")),
+    allow(dead_code, unused_variables, reason = "sites are read from text and GeoJSON alone")
+)]
+mod sites;
 mod source;
 #[cfg(feature = "text")]
 mod text;
 
 pub use error::{InputError, Place};
 pub use options::{Column, Columns, Format, InputOptions, Returns};
-pub use segments::{SegmentBatch, SegmentSource};
+pub use poly::PolySource;
+pub use segments::{LineOrigin, SegmentBatch, SegmentSource};
 pub use sink::InputCounts;
+pub use sites::{SiteBatch, SiteId, SiteSource};
 pub use source::PointSource;
 
 use crate::geometry::Point;

@@ -1,11 +1,11 @@
-//! The `.node` files of Triangle, and of TetGen, which have a third coordinate.
+//! The `.node` files of Triangle, and of TetGen, which have a third coordinate; the vertices of Triangle's `.poly` files.
 //!
 //! In: lines. The first one has the number of points, the dimension (2, or TetGen's 3), the number of attributes per
 //! point and the number of boundary markers (0 or 1); each other one has a point: its index, from 0 or 1, its
 //! coordinates, attributes, marker. `#` begins a comment, on a line of its own or behind the fields. Out: points,
 //! with z if the dimension is 3. Attributes and markers are not read, which a note tells.
 //! Source: <https://www.cs.cmu.edu/~quake/triangle.node.html>. The number of points is believed by nobody: the rows
-//! are counted.
+//! are counted. A `.poly` file begins in the same way and goes on behind the points, where [`poly`](super::poly) reads it.
 
 use super::bytes::ByteInput;
 use super::error::excerpt;
@@ -16,33 +16,66 @@ use super::{InputError, Place};
 
 const HINT: &str = "the first line is: number of points, dimension (2 or 3), attributes, markers (0 or 1)";
 
+/// The points of a `.node` or `.poly` file.
 pub(super) struct Node {
-    lines: Lines,
+    vertices: Vertices,
+    /// Whether something may follow behind the points.
+    is_poly: bool,
+    name: String,
+}
+
+impl Node {
+    pub fn new(input: ByteInput) -> Result<Self, InputError> {
+        Self::over(input, false)
+    }
+
+    /// The points of a `.poly` file; none if they are in the `.node` file beside it.
+    pub fn of_poly(input: ByteInput) -> Result<Self, InputError> {
+        Self::over(input, true)
+    }
+
+    fn over(input: ByteInput, is_poly: bool) -> Result<Self, InputError> {
+        let name = input.path.display().to_string();
+        let lines = Lines::new(input)?;
+        Ok(Self {
+            vertices: Vertices::new(lines, is_poly)?,
+            is_poly,
+            name,
+        })
+    }
+}
+
+/// The first line, and the rows of points as they come.
+pub(super) struct Vertices {
+    pub lines: Lines,
     /// The number of points that the first line claims.
-    claimed: u64,
+    pub claimed: u64,
     /// The rows read.
     rows: u64,
     /// The first row's index, when it is known.
     base: Option<u64>,
     dims: usize,
     attributes: u64,
-    name: String,
 }
 
-impl Node {
-    pub fn new(input: ByteInput) -> Result<Self, InputError> {
-        let name = input.path.display().to_string();
-        let mut lines = Lines::new(input)?;
+/// The coordinates of a row, or what is wrong with them.
+type Row = Result<(f64, f64, Option<f64>), String>;
+
+impl Vertices {
+    /// Reads the first line; the dimension must be 2 if the points are `flat`.
+    pub fn new(mut lines: Lines, flat: bool) -> Result<Self, InputError> {
         let mut first = Vec::new();
         let mut found = String::from("nothing");
         if lines.next_row()? {
             let row = lines.text().trim_ascii_end();
             found = format!("`{}`", excerpt(row));
-            first = fields(row)
-                .map(|field| std::str::from_utf8(field).ok()?.parse::<u64>().ok())
-                .collect();
+            first = fields(row).map(whole_number).collect();
         }
         match first[..] {
+            [Some(_), Some(3), ..] if flat => Err(lines.malformed(
+                format!("the first line is {found}: points with three coordinates"),
+                "the dimension of a .poly file is 2; TetGen's, which have facets, cannot be read",
+            )),
             [Some(claimed), Some(dims @ (2 | 3)), ..] if first.iter().all(Option::is_some) => Ok(Self {
                 lines,
                 claimed,
@@ -50,77 +83,93 @@ impl Node {
                 base: None,
                 dims: dims as usize,
                 attributes: first.get(2).copied().flatten().unwrap_or(0),
-                name,
             }),
             _ => Err(lines.malformed(format!("the first line is {found}"), HINT)),
         }
     }
+
+    /// The next row; `None` behind the last point that the first line claims.
+    pub fn next_row(&mut self) -> Result<Option<Row>, InputError> {
+        if self.rows == self.claimed {
+            return Ok(None);
+        }
+        if !self.lines.next_row()? {
+            let problem = format!("the file ends after {} of {} points", self.rows, self.claimed);
+            return Err(self
+                .lines
+                .malformed(problem, "it is cut short, or its first line is wrong"));
+        }
+        let row = self.lines.text().trim_ascii_end();
+        let mut fields = fields(row);
+        let index = fields.next().and_then(whole_number);
+        let base = *self.base.get_or_insert(index.unwrap_or(u64::MAX).min(2));
+        if base > 1 || index != base.checked_add(self.rows) {
+            let problem = match base {
+                2 => format!("the first point's index is neither 0 nor 1: `{}`", excerpt(row)),
+                _ => format!("the index is not {}: `{}`", base + self.rows, excerpt(row)),
+            };
+            return Err(self
+                .lines
+                .malformed(problem, "points are numbered from 0 or 1 without gaps"));
+        }
+        self.rows += 1;
+        let mut next = || fields.next().and_then(number);
+        let (x, y, z) = (next(), next(), if self.dims == 3 { next() } else { None });
+        Ok(Some(match (x, y) {
+            (Some(x), Some(y)) if z.is_some() || self.dims == 2 => Ok((x, y, z)),
+            _ => Err(format!("`{}` has not an index and {} numbers", excerpt(row), self.dims)),
+        }))
+    }
+
+    /// The index of the first point, 0 or 1; known when a row was read.
+    pub fn base(&self) -> Option<u64> {
+        self.base
+    }
 }
 
 /// The fields of a row up to a comment.
-fn fields(row: &[u8]) -> impl Iterator<Item = &[u8]> {
+pub(super) fn fields(row: &[u8]) -> impl Iterator<Item = &[u8]> {
     row.split(|b| *b == b'#')
         .take(1)
         .flat_map(|row| row.split(u8::is_ascii_whitespace))
         .filter(|field| !field.is_empty())
 }
 
+/// A field as a number without a fraction.
+pub(super) fn whole_number(field: &[u8]) -> Option<u64> {
+    std::str::from_utf8(field).ok()?.parse().ok()
+}
+
 impl Reader for Node {
     fn has_z(&self) -> bool {
-        self.dims == 3
+        self.vertices.dims == 3
     }
 
     fn expected_points(&self) -> Option<u64> {
-        Some(self.claimed.saturating_sub(self.rows))
+        Some(self.vertices.claimed.saturating_sub(self.vertices.rows))
     }
 
     fn fill(&mut self, sink: &mut Sink<'_>) -> Result<bool, InputError> {
         while !sink.is_full() {
-            if !self.lines.next_row()? {
-                if self.rows < self.claimed {
-                    let problem = format!("the file ends after {} of {} points", self.rows, self.claimed);
-                    return Err(self
-                        .lines
-                        .malformed(problem, "it is cut short, or its first line is wrong"));
+            let row = self.vertices.next_row()?;
+            let lines = &mut self.vertices.lines;
+            let place = Place::Line(lines.row());
+            match row {
+                Some(Ok((x, y, z))) => sink.point(x, y, z, || place)?,
+                Some(Err(found)) => sink.invalid(|| place, || found)?,
+                None if !self.is_poly && lines.next_row()? => {
+                    let row = excerpt(lines.text().trim_ascii_end());
+                    let problem = format!("a row behind the last of {} points: `{row}`", self.vertices.claimed);
+                    return Err(lines.malformed(problem, HINT));
                 }
-                return Ok(false);
-            }
-            let row = self.lines.text().trim_ascii_end();
-            if self.rows == self.claimed {
-                let problem = format!("a row behind the last of {} points: `{}`", self.claimed, excerpt(row));
-                return Err(self.lines.malformed(problem, HINT));
-            }
-            let mut fields = fields(row);
-            let index = fields.next().unwrap_or_default();
-            let index: Option<u64> = std::str::from_utf8(index).ok().and_then(|text| text.parse().ok());
-            let base = *self.base.get_or_insert(index.unwrap_or(u64::MAX).min(2));
-            if base > 1 || index != base.checked_add(self.rows) {
-                let problem = match base {
-                    2 => format!("the first point's index is neither 0 nor 1: `{}`", excerpt(row)),
-                    _ => format!("the index is not {}: `{}`", base + self.rows, excerpt(row)),
-                };
-                return Err(self
-                    .lines
-                    .malformed(problem, "points are numbered from 0 or 1 without gaps"));
-            }
-            self.rows += 1;
-            let mut next = || fields.next().and_then(number);
-            let (x, y, z) = (next(), next(), if self.dims == 3 { next() } else { None });
-            let found = match (x, y) {
-                (Some(x), Some(y)) if z.is_some() || self.dims == 2 => Ok((x, y)),
-                _ => Err(format!("`{}` has not an index and {} numbers", excerpt(row), self.dims)),
-            };
-            let line = self.lines.row();
-            match found {
-                Ok((x, y)) => sink.point(x, y, z, || Place::Line(line))?,
-                Err(found) => sink.invalid(|| Place::Line(line), || found)?,
+                None => return Ok(false),
             }
         }
         Ok(true)
     }
 
     fn notes(&self) -> Vec<String> {
-        match self.attributes {
+        match self.vertices.attributes {
             0 => Vec::new(),
             n => vec![format!("{}: {n} attributes per point are not read", self.name)],
         }

@@ -15,6 +15,8 @@ pub enum Format {
     F64,
     /// The `.node` files of Triangle (two dimensions) and TetGen (three).
     Node,
+    /// The points of Triangle's `.poly` files; their segments and holes are read by [`PolySource`](super::PolySource).
+    Poly,
     /// GeoJSON: a document, or one feature or geometry after the other.
     GeoJson,
     /// LAS, LAZ and COPC.
@@ -35,6 +37,7 @@ impl Format {
             "csv" | "tsv" | "txt" | "xyz" => Some(Self::Text),
             "f64" => Some(Self::F64),
             "node" => Some(Self::Node),
+            "poly" => Some(Self::Poly),
             "geojson" | "json" | "geojsonl" | "geojsons" | "ndjson" => Some(Self::GeoJson),
             "las" | "laz" => Some(Self::Las),
             _ => None,
@@ -50,12 +53,13 @@ impl FromStr for Format {
             "text" | "csv" | "tsv" | "xyz" | "txt" => Ok(Self::Text),
             "f64" => Ok(Self::F64),
             "node" => Ok(Self::Node),
+            "poly" => Ok(Self::Poly),
             "geojson" | "json" => Ok(Self::GeoJson),
             "las" | "laz" => Ok(Self::Las),
             _ => Err(InputError::Option {
                 option: "--format",
                 value: text.to_owned(),
-                expected: "it is one of text, f64, node, geojson, las".to_owned(),
+                expected: "it is one of text, f64, node, poly, geojson, las".to_owned(),
             }),
         }
     }
@@ -67,6 +71,7 @@ impl fmt::Display for Format {
             Self::Text => "text",
             Self::F64 => "f64",
             Self::Node => "node",
+            Self::Poly => "poly",
             Self::GeoJson => "geojson",
             Self::Las => "las",
         })

@@ -5,6 +5,7 @@
 //! that are left. A failure ends the stream.
 
 use super::bytes::{ByteInput, Counted, open_file};
+use super::poly::{no_points, open_node_beside};
 use super::reader::Reader;
 use super::sample::{RandomAccess, sample};
 use super::sink::Sink;
@@ -141,7 +142,16 @@ impl PointSource {
             return Err(InputError::UnknownFormat { path: path.to_owned() });
         };
         let mut input = Input::new(path, Some(format));
-        let opened = input.open(&self.options)?;
+        let mut opened = input.open(&self.options)?;
+        if opened.has_points_beside(format) {
+            // From here on the file with the points stands for it, but a change of either is a change.
+            self.add_identity(input.identity());
+            (input, opened) = open_node_beside(path, |node| {
+                let mut input = Input::new(node, Some(Format::Node));
+                let opened = input.open(&self.options)?;
+                Ok((input, opened))
+            })?;
+        }
         let once = input.size.is_none();
         let keep = self.inputs.is_empty() || once;
         self.add(input, opened, keep);
@@ -153,6 +163,9 @@ impl PointSource {
         let input = Input::new(Path::new(name), self.options.format);
         let stream = Box::new(Counted::new(stream, taken.clone()));
         let opened = input.start(stream, taken, &self.options)?;
+        if input.format.is_some_and(|format| opened.has_points_beside(format)) {
+            return Err(no_points(&input.path, "a stream has none".to_owned(), None));
+        }
         self.add(input, opened, true);
         Ok(())
     }
@@ -161,10 +174,7 @@ impl PointSource {
         self.has_z |= opened.reader.has_z();
         self.total_bytes = self.total_bytes.zip(input.size).map(|(sum, size)| sum + size);
         self.take_crs(&*opened.reader);
-        match (&mut self.identity, input.identity()) {
-            (Some(all), Some(one)) => all.extend(["\n", one.as_str()]),
-            _ => self.identity = None,
-        }
+        self.add_identity(input.identity());
         match (&mut self.files, opened.reader.random_access()) {
             (Some(files), Some(access)) => files.push((input.path.clone(), access)),
             _ => self.files = None,
@@ -172,6 +182,13 @@ impl PointSource {
         input.expected = opened.reader.expected_points();
         input.opened = keep.then_some(opened);
         self.inputs.push_back(input);
+    }
+
+    fn add_identity(&mut self, one: Option<String>) {
+        match (&mut self.identity, one) {
+            (Some(all), Some(one)) => all.extend(["\n", one.as_str()]),
+            _ => self.identity = None,
+        }
     }
 
     fn take_crs(&mut self, reader: &dyn Reader) {
@@ -262,8 +279,8 @@ impl PointSource {
         self.total_bytes
     }
 
-    /// How many points are still to come, as far as the inputs' beginnings tell: raw f64 by the file's size, LAS and LAZ
-    /// and `.node` by their headers. `None` if an input tells nothing, as text, GeoJSON, and raw f64 from a stream or gzip.
+    /// How many points are still to come, as far as the inputs' beginnings tell: raw f64 by the file's size, LAS, LAZ,
+    /// `.node` and `.poly` by their headers. `None` if an input tells nothing, as text, GeoJSON, and raw f64 from a stream or gzip.
     ///
     /// An estimate, for plans and progress; 0 after an error. It is too high where records are withheld, filtered or invalid, and a header
     /// may claim anything up to [`u64::MAX`]: allocate nothing by it.
@@ -286,7 +303,7 @@ impl PointSource {
     /// are those that the options leave out, so that there are fewer points, or none, where these are many.
     ///
     /// Empty unless every input can be read in any order, since a sample of some inputs would mislead. Raw f64 and LAS can;
-    /// text, GeoJSON, `.node`, LAZ, gzip and streams cannot.
+    /// text, GeoJSON, `.node`, `.poly`, LAZ, gzip and streams cannot.
     ///
     /// # Errors
     /// A file that can no longer be opened or read.
@@ -331,6 +348,13 @@ impl fmt::Debug for PointSource {
             .field("counts", &self.counts)
             .field("has_z", &self.has_z)
             .finish_non_exhaustive()
+    }
+}
+
+impl Opened {
+    /// Whether this is a `.poly` file that says its points are in the file beside it.
+    fn has_points_beside(&self, format: Format) -> bool {
+        format == Format::Poly && self.reader.expected_points() == Some(0)
     }
 }
 
@@ -410,6 +434,7 @@ fn stream_reader(format: Format, input: ByteInput, options: &InputOptions) -> Re
     match format {
         Format::F64 => Ok(Box::new(super::raw::Raw::new(input, options)?)),
         Format::Node => Ok(Box::new(super::node::Node::new(input)?)),
+        Format::Poly => Ok(Box::new(super::node::Node::of_poly(input)?)),
         #[cfg(feature = "text")]
         Format::Text => Ok(Box::new(super::text::Text::new(input, options)?)),
         #[cfg(feature = "geojson")]
@@ -430,7 +455,7 @@ fn las_reader(path: &Path, _: Counted<std::fs::File>, _: u64, _: &InputOptions) 
 }
 
 #[cfg(not(all(feature = "text", feature = "geojson", feature = "las")))]
-fn missing(path: &Path, format: Format) -> InputError {
+pub(super) fn missing(path: &Path, format: Format) -> InputError {
     InputError::MissingFeature {
         path: path.to_owned(),
         what: format.to_string(),

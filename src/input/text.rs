@@ -39,11 +39,11 @@ pub(super) struct Text {
 
 /// Where the coordinates are in a row.
 #[derive(Clone, Copy)]
-struct Layout {
+pub(super) struct Layout {
     /// Columns from 0.
-    x: usize,
-    y: usize,
-    z: Option<usize>,
+    pub x: usize,
+    pub y: usize,
+    pub z: Option<usize>,
 }
 
 impl Text {
@@ -96,7 +96,8 @@ impl Text {
     }
 }
 
-const HEADER_HINT: &str = "name the columns, or give their numbers from 1, with --columns x,y or --columns x,y,z";
+pub(super) const HEADER_HINT: &str =
+    "name the columns, or give their numbers from 1, with --columns x,y or --columns x,y,z";
 
 /// The columns that hold coordinates if the first row is no header.
 struct Chosen {
@@ -143,7 +144,7 @@ impl Chosen {
 impl Layout {
     /// The coordinates of a row, or what is wrong with it.
     #[inline]
-    fn read(&self, row: &Rows) -> Result<(f64, f64, Option<f64>), String> {
+    pub fn read(&self, row: &Rows) -> Result<(f64, f64, Option<f64>), String> {
         let value = |n| row.field(n).and_then(number);
         match (value(self.x), value(self.y), self.z.and_then(value)) {
             (Some(x), Some(y), z) if z.is_some() || self.z.is_none() => Ok((x, y, z)),
@@ -184,7 +185,7 @@ pub(super) fn is_name(field: &[u8]) -> bool {
 }
 
 /// Finds the columns in a header.
-fn header_layout(fields: &[&[u8]], columns: Option<&Columns>) -> Result<Layout, String> {
+pub(super) fn header_layout(fields: &[&[u8]], columns: Option<&Columns>) -> Result<Layout, String> {
     let names: Vec<String> = fields
         .iter()
         // CloudCompare begins its headers with two slashes.

@@ -7,21 +7,21 @@ use delaunay_tiles::input::{Format, InputError, InputOptions, PointSource};
 use std::path::Path;
 
 /// SplitMix64 (Steele, Lea, Flood 2014).
-struct Random(u64);
+pub struct Random(pub u64);
 
 impl Random {
-    fn next(&mut self) -> u64 {
+    pub fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^ (z >> 31)
     }
 
-    fn below(&mut self, n: usize) -> usize {
+    pub fn below(&mut self, n: usize) -> usize {
         (self.next() % n as u64) as usize
     }
 
-    fn bytes(&mut self, n: usize) -> Vec<u8> {
+    pub fn bytes(&mut self, n: usize) -> Vec<u8> {
         (0..n).map(|_| self.next() as u8).collect()
     }
 }
@@ -46,7 +46,14 @@ fn survives(path: &Path, bytes: &[u8], format: Format) -> bool {
     errors[0].is_none()
 }
 
-const FORMATS: [Format; 5] = [Format::Text, Format::F64, Format::Node, Format::GeoJson, Format::Las];
+const FORMATS: [Format; 6] = [
+    Format::Text,
+    Format::F64,
+    Format::Node,
+    Format::Poly,
+    Format::GeoJson,
+    Format::Las,
+];
 
 #[test]
 fn noise() {

@@ -1,22 +1,35 @@
 //! The readers: what a file holds comes out, numbered and checked, or an error tells what is wrong with it.
 
+#[path = "../support/places.rs"]
+mod places;
+
 mod ahead;
 mod hostile;
 mod node;
+mod poly;
 mod raw;
 mod segments;
 mod source;
 
 #[cfg(feature = "geojson")]
 mod geojson;
+#[cfg(all(feature = "geojson", feature = "text"))]
+mod hostile_lines;
 #[cfg(feature = "las")]
 mod las;
+#[cfg(feature = "geojson")]
+mod obstacles;
+#[cfg(feature = "geojson")]
+mod rings;
+#[cfg(all(feature = "geojson", feature = "text"))]
+mod sites;
 #[cfg(feature = "text")]
 mod speed;
 #[cfg(feature = "text")]
 mod text;
 
 use delaunay_tiles::input::{Format, InputError, InputOptions, PointBatch, PointSource};
+use places::{data, shared};
 use std::error::Error;
 use std::io::Cursor;
 use std::path::PathBuf;
@@ -146,26 +159,4 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     encoder.write_all(bytes).unwrap();
     encoder.finish().unwrap()
-}
-
-/// A file of the repository's test data.
-#[cfg(any(feature = "geojson", feature = "las"))]
-fn data(path: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(path)
-}
-
-/// A file of the data that is too large, or not free, to be in the repository: `shared/data` beside it, if it is there.
-#[cfg(feature = "las")]
-fn shared(path: &str) -> Option<PathBuf> {
-    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
-    let mut places = root
-        .ancestors()
-        .skip(1)
-        .take(2)
-        .map(|place| place.join("shared/data").join(path));
-    let found = places.find(|place| place.exists());
-    if found.is_none() {
-        println!("skipped: {path} is not here");
-    }
-    found
 }

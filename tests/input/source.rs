@@ -57,6 +57,7 @@ fn formats_by_name() {
         ("a.b.xyz", Some(Format::Text)),
         ("a.f64", Some(Format::F64)),
         ("a.node", Some(Format::Node)),
+        ("a.poly.gz", Some(Format::Poly)),
         ("a.geojsonl", Some(Format::GeoJson)),
         ("a.copc.laz", Some(Format::Las)),
         ("a.shp", None),
@@ -66,7 +67,14 @@ fn formats_by_name() {
     ] {
         assert_eq!(Format::from_path(Path::new(name)), format, "{name}");
     }
-    for format in [Format::Text, Format::F64, Format::Node, Format::GeoJson, Format::Las] {
+    for format in [
+        Format::Text,
+        Format::F64,
+        Format::Node,
+        Format::Poly,
+        Format::GeoJson,
+        Format::Las,
+    ] {
         assert_eq!(format.to_string().parse::<Format>().unwrap(), format);
     }
     assert!(

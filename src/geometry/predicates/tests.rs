@@ -61,8 +61,18 @@ fn check_incircle(a: Point, b: Point, c: Point, d: Point) {
     );
 }
 
+fn check_turn(one: [Point; 2], other: [Point; 2]) {
+    let expected = oracle::turn(one, other);
+    assert_eq!(turn(one, other), Orientation::from(expected), "{one:?} {other:?}");
+    assert_eq!(turn_exact(one, other), expected, "exact: {one:?} {other:?}");
+    assert_eq!(turn_expansion(one, other), expected, "expansion: {one:?} {other:?}");
+}
+
 fn check([a, b, c, d]: [Point; 4]) {
     check_orient2d(a, b, c);
+    check_turn([a, b], [c, d]);
+    check_turn([a, b], [d, c]);
+    check_turn([a, b], [b, a]);
     check_incircle(a, b, c, d);
 }
 

@@ -1,57 +1,95 @@
 //! The lines and the rings of polygons of GeoJSON.
 
-use super::ends::{end, wrong};
-use super::{BATCH, Reader, SegmentBatch};
-use crate::geometry::Point;
+use super::Reader;
+use super::sink::{End, Sink};
 use crate::input::InputError;
 use crate::input::bytes::ByteInput;
-use crate::input::geojson::{Event, GeoJson, Kind};
-use std::path::Path;
-use std::sync::Arc;
+use crate::input::geojson::{Event, Features, Kind};
 
 pub(super) struct Lines {
-    path: Arc<Path>,
-    json: GeoJson,
+    features: Features,
+    /// The vertices of the geometry at hand, which are kept since only its end tells for sure what it is.
+    vertices: Vec<Vertex>,
+    /// Whether the geometry is at its end, and its segments are handed out.
+    is_due: bool,
+    /// The vertices that were handed out.
+    given: usize,
+    /// Whether the next vertex goes on with a line.
+    in_line: bool,
     /// The segments of the geometry so far.
-    geometry: Vec<[Point; 2]>,
-    /// The last position of the line.
-    at: Option<Point>,
+    segments: u64,
+}
+
+struct Vertex {
+    end: End,
+    /// Whether a segment leads here from the vertex before.
+    is_joined: bool,
 }
 
 impl Lines {
     pub fn new(input: ByteInput) -> Result<Self, InputError> {
         Ok(Self {
-            path: Arc::clone(&input.path),
-            json: GeoJson::new(input)?,
-            geometry: Vec::new(),
-            at: None,
+            features: Features::new(input, None, |_| true)?,
+            vertices: Vec::new(),
+            is_due: false,
+            given: 0,
+            in_line: false,
+            segments: 0,
         })
+    }
+
+    /// Hands out what leads to the next vertex of a geometry at its end.
+    fn give(&mut self, sink: &mut Sink<'_>) {
+        match self.vertices.get(self.given) {
+            Some(vertex) if vertex.is_joined => {
+                let before = self.vertices[self.given - 1].end;
+                sink.segment([before, vertex.end], self.features.ended());
+                self.given += 1;
+            }
+            Some(_) => self.given += 1,
+            None => self.drop_geometry(),
+        }
+    }
+
+    fn drop_geometry(&mut self) {
+        self.vertices.clear();
+        (self.is_due, self.given, self.segments) = (false, 0, 0);
     }
 }
 
 impl Reader for Lines {
-    fn fill(&mut self, first: u64, batch: &mut SegmentBatch) -> Result<bool, InputError> {
-        while batch.len() < BATCH {
-            match self.json.next_event()? {
+    fn has_z(&self) -> bool {
+        self.features.has_z()
+    }
+
+    fn lines(&self) -> u64 {
+        self.features.ended()
+    }
+
+    fn fill(&mut self, sink: &mut Sink<'_>) -> Result<bool, InputError> {
+        while !sink.is_full() {
+            if self.is_due {
+                self.give(sink);
+                continue;
+            }
+            match self.features.next_event()? {
                 None => return Ok(false),
-                Some(Event::LineEnd) => self.at = None,
+                Some(Event::LineEnd(_)) => self.in_line = false,
                 Some(Event::Position(position)) => {
-                    let segment = first + (batch.len() + self.geometry.len()) as u64;
-                    let (x, y, _) = position
-                        .coordinates()
-                        .map_err(|found| wrong(&self.path, segment, position.place(), found))?;
-                    let point = end(&self.path, segment, (x, y), || position.place())?;
-                    if let Some(before) = self.at.replace(point) {
-                        self.geometry.push([before, point]);
-                    }
+                    let end = position.coordinates().and_then(|(x, y, z)| End::new(x, y, z));
+                    let end = end.map_err(|found| sink.wrong_segment(self.segments, position.place(), found))?;
+                    let is_joined = std::mem::replace(&mut self.in_line, true);
+                    self.segments += u64::from(is_joined);
+                    self.vertices.push(Vertex { end, is_joined });
                 }
-                Some(Event::Geometry(kind)) => {
-                    self.at = None;
-                    if !matches!(kind, Kind::Point | Kind::MultiPoint) {
-                        batch.ends.extend_from_slice(&self.geometry);
+                Some(Event::Geometry(kind, _)) => {
+                    self.in_line = false;
+                    if matches!(kind, Kind::Point | Kind::MultiPoint) {
+                        self.drop_geometry();
                     }
-                    self.geometry.clear();
+                    self.is_due = !self.vertices.is_empty();
                 }
+                Some(Event::Record(_)) => {}
             }
         }
         Ok(true)

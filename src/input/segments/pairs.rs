@@ -1,6 +1,7 @@
 //! Raw pairs of record numbers: little-endian, of 4 or 8 bytes each.
 
-use super::{BATCH, Reader, SegmentBatch};
+use super::Reader;
+use super::sink::Sink;
 use crate::input::bytes::ByteInput;
 use crate::input::{InputError, Place};
 use std::io::{ErrorKind, Read};
@@ -14,6 +15,7 @@ pub(super) struct Pairs {
     /// Bytes of a number.
     bytes: usize,
     offset: u64,
+    pairs: u64,
 }
 
 impl Pairs {
@@ -23,14 +25,19 @@ impl Pairs {
             read: input.read,
             bytes,
             offset: 0,
+            pairs: 0,
         }
     }
 }
 
 impl Reader for Pairs {
-    fn fill(&mut self, _: u64, batch: &mut SegmentBatch) -> Result<bool, InputError> {
+    fn lines(&self) -> u64 {
+        self.pairs
+    }
+
+    fn fill(&mut self, sink: &mut Sink<'_>) -> Result<bool, InputError> {
         let stride = 2 * self.bytes;
-        let mut buffer = vec![0; (BATCH - batch.len()) * stride];
+        let mut buffer = vec![0; sink.room() * stride];
         let mut filled = 0;
         while filled < buffer.len() {
             match self.read.read(&mut buffer[filled..]) {
@@ -65,10 +72,11 @@ impl Reader for Pairs {
             wide[..bytes.len()].copy_from_slice(bytes);
             u64::from_le_bytes(wide)
         };
-        let pairs = buffer[..whole].chunks_exact(stride);
-        batch
-            .records
-            .extend(pairs.map(|pair| [number(&pair[..self.bytes]), number(&pair[self.bytes..])]));
+        for pair in buffer[..whole].chunks_exact(stride) {
+            let (from, to) = pair.split_at(self.bytes);
+            sink.pair([number(from), number(to)], self.pairs);
+            self.pairs += 1;
+        }
         Ok(filled == buffer.len())
     }
 }

@@ -1,0 +1,242 @@
+//! Where two segments cross, exactly, and rounded once.
+//!
+//! # Method
+//!
+//! Segment cd crosses the line ab where it is divided in the ratio of the distances of `c` and `d` from that line, which
+//! are as the orientation determinants:
+//!
+//! ```text
+//!          d
+//!         /            v·c + w·d
+//!   a----x----b    x = ---------    v = |orient(a, b, d)|, w = |orient(a, b, c)|
+//!       /                v + w
+//!      c
+//! ```
+//!
+//! Numerators and denominator are [expansions](super::expansion), so they have no rounding error. Their rounded quotient is
+//! off by a few units in the last place at most; from there exact signs of `numerator - middle · denominator` lead to the
+//! nearest number, where `middle` lies halfway to a neighbour.
+//!
+//! # Rounding is monotonic
+//!
+//! A coordinate becomes the nearest number that a point may have, ties to even: the numbers of [`Point::is_valid`]. So a
+//! coordinate other than zero that is smaller than [`Point::MIN_MAGNITUDE`] becomes that or zero, whichever is nearer, and
+//! zero if it is halfway. Rounding to the nearest of a set keeps order, and leaves the set's own numbers where they are:
+//!
+//! - the rounded point lies in the bounding box of either segment;
+//! - points that follow each other along a segment do so after rounding, in both coordinates;
+//! - a coordinate that is left of a number of the set is not right of it after rounding.
+//!
+//! # Why nothing overflows or underflows
+//!
+//! As in [`predicates`](super::predicates): coordinates are multiples of 2⁻¹⁹⁴ up to 2²⁰⁰, determinants multiples of 2⁻³⁸⁸ up
+//! to 2⁴⁰³, numerators multiples of 2⁻⁵⁸² up to 2⁶⁰⁴. Half the distance of two neighbouring numbers is at least 2⁻¹⁹⁶, and a
+//! power of two, so its product with the denominator is a multiple of 2⁻⁵⁸⁴.
+
+use std::cmp::Ordering;
+
+use super::expansion::Expansion;
+use super::predicates::orientation_determinant;
+use super::{Orientation, Point, Rect, orient2d};
+
+/// Whether the segments ab and cd cross: they meet in exactly one point, which is an end of neither.
+///
+/// Segments that share an end, that overlap, or of which one ends on the other do not cross. Exact for all valid points.
+#[inline]
+#[must_use]
+pub fn segments_cross(a: Point, b: Point, c: Point, d: Point) -> bool {
+    are_opposite(orient2d(a, b, c), orient2d(a, b, d)) && are_opposite(orient2d(c, d, a), orient2d(c, d, b))
+}
+
+/// The point where the segments ab and cd cross, if they do: each coordinate is the number nearest to the exact one.
+///
+/// Ties go to even, and the point is valid: a coordinate that is too small for that becomes [`Point::MIN_MAGNITUDE`] or 0,
+/// whichever is nearer. It is the same for any order and direction of the segments, and lies in the bounding box of either.
+/// Points that are not valid cross nowhere.
+#[must_use]
+pub fn crossing_point(a: Point, b: Point, c: Point, d: Point) -> Option<Point> {
+    ExactCrossing::of([a, b], [c, d]).map(|crossing| crossing.rounded())
+}
+
+/// Whether two segments that cross certainly do not cross in a rectangle, even if their crossing point is rounded.
+///
+/// In floating point, with error bounds: an area passes four roundings (see [`orient2d`]), so it is off by at most 4ε of the
+/// magnitudes of its two products, and ε = 2⁻⁵³. What is twice that is compared with the sum of both areas, to bound the
+/// error of the ratio in which the crossing point divides cd.
+pub(crate) fn cross_outside([a, b]: [Point; 2], [c, d]: [Point; 2], rect: Rect) -> bool {
+    let area = |p: Point| {
+        let (left, right) = ((a.x - p.x) * (b.y - p.y), (a.y - p.y) * (b.x - p.x));
+        ((left - right).abs(), (left.abs() + right.abs()) * (4.0 * f64::EPSILON))
+    };
+    let ((of_c, error_c), (of_d, error_d)) = (area(c), area(d));
+    let ratio = of_c / (of_c + of_d);
+    let error = 2.0 * (error_c + error_d) / (of_c + of_d) + 4.0 * f64::EPSILON;
+    let is_beyond = |c: f64, d: f64, min: f64, max: f64| {
+        let at = c + ratio * (d - c);
+        let error = (d - c).abs() * error + (c.abs() + d.abs()) * (4.0 * f64::EPSILON) + Point::MIN_MAGNITUDE;
+        at + error < min || at - error > max
+    };
+    // Also not if it is NaN.
+    error < 0.25 && (is_beyond(c.x, d.x, rect.min_x, rect.max_x) || is_beyond(c.y, d.y, rect.min_y, rect.max_y))
+}
+
+/// Whether a segment may meet a closed cell; exact where the cell is finite.
+pub(crate) fn segment_meets([a, b]: [Point; 2], cell: Rect) -> bool {
+    let beside = a.x.max(b.x) < cell.min_x
+        || a.x.min(b.x) > cell.max_x
+        || a.y.max(b.y) < cell.min_y
+        || a.y.min(b.y) > cell.max_y;
+    if beside {
+        return false;
+    }
+    if cell.contains(a) || cell.contains(b) {
+        return true;
+    }
+    let corners = [
+        Point::new(cell.min_x, cell.min_y),
+        Point::new(cell.max_x, cell.min_y),
+        Point::new(cell.min_x, cell.max_y),
+        Point::new(cell.max_x, cell.max_y),
+    ];
+    if corners
+        .iter()
+        .any(|corner| !corner.x.is_finite() || !corner.y.is_finite())
+    {
+        return true;
+    }
+    let sides = corners.map(|corner| orient2d(a, b, corner));
+    sides.iter().any(|side| *side != sides[0]) || sides[0] == Orientation::Collinear
+}
+
+#[inline]
+fn are_opposite(one: Orientation, other: Orientation) -> bool {
+    one != Orientation::Collinear && other != Orientation::Collinear && one != other
+}
+
+/// A point where two segments cross.
+#[derive(Clone, Debug)]
+pub(crate) struct ExactCrossing {
+    /// The ends of one segment, and how much each counts.
+    ends: [Point; 2],
+    weights: [Expansion<16>; 2],
+    /// The sum of the weights.
+    denominator: Expansion<32>,
+}
+
+impl ExactCrossing {
+    /// Where the two segments cross, if they do.
+    pub(crate) fn of([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Option<Self> {
+        let are_valid = [a, b, c, d].into_iter().all(Point::is_valid);
+        (are_valid && segments_cross(a, b, c, d)).then(|| {
+            let weights = [d, c].map(|p| {
+                let determinant = orientation_determinant(a, b, p);
+                match determinant.sign() {
+                    Ordering::Less => determinant.negated(),
+                    _ => determinant,
+                }
+            });
+            Self {
+                ends: [c, d],
+                denominator: Expansion::sum(&weights[0], &weights[1]),
+                weights,
+            }
+        })
+    }
+
+    /// The point, each coordinate rounded to the nearest that is valid.
+    pub(crate) fn rounded(&self) -> Point {
+        Point::new(self.nearest(|p| p.x), self.nearest(|p| p.y))
+    }
+
+    /// The rounded point, if the exact one is in a cell that owns its right and top side, and not its left and bottom one.
+    ///
+    /// Sides are valid coordinates or infinite.
+    pub(crate) fn rounded_if_in(&self, cell: Rect) -> Option<Point> {
+        let point @ Point { x, y } = self.rounded();
+        let is_beyond = |rounded: f64, side: f64, coordinate: fn(Point) -> f64| {
+            // Otherwise the rounded coordinate is on the same side as the exact one.
+            if rounded == side {
+                self.compare(coordinate, side).is_gt()
+            } else {
+                rounded > side
+            }
+        };
+        let is_in = is_beyond(x, cell.min_x, |p| p.x)
+            && is_beyond(y, cell.min_y, |p| p.y)
+            && !is_beyond(x, cell.max_x, |p| p.x)
+            && !is_beyond(y, cell.max_y, |p| p.y);
+        is_in.then_some(point)
+    }
+
+    /// The order of a coordinate and a number.
+    fn compare(&self, coordinate: fn(Point) -> f64, number: f64) -> Ordering {
+        self.less(&self.numerator(coordinate), number).sign()
+    }
+
+    fn numerator(&self, coordinate: fn(Point) -> f64) -> Expansion<64> {
+        let [c, d] = [0, 1].map(|i| Expansion::<32>::scaled(&self.weights[i], coordinate(self.ends[i])));
+        Expansion::sum(&c, &d)
+    }
+
+    /// `numerator` - `number` · denominator.
+    fn less(&self, numerator: &Expansion<64>, number: f64) -> Expansion<128> {
+        Expansion::sum(numerator, &Expansion::<64>::scaled(&self.denominator, -number))
+    }
+
+    fn nearest(&self, coordinate: fn(Point) -> f64) -> f64 {
+        let [c, d] = self.ends.map(coordinate);
+        let numerator = self.numerator(coordinate);
+        let quotient = numerator.estimate() / self.denominator.estimate();
+        let mut best = nearly_valid(quotient.max(c.min(d)).min(c.max(d)));
+        loop {
+            let rest = self.less(&numerator, best);
+            let neighbour = match rest.sign() {
+                Ordering::Equal => break,
+                Ordering::Greater => next_up(best),
+                Ordering::Less => -next_up(-best),
+            };
+            // Both are exact: they differ by a unit in the last place.
+            let half = (neighbour - best) / 2.0;
+            let beyond = Expansion::<192>::sum(&rest, &Expansion::<64>::scaled(&self.denominator, -half)).sign();
+            if beyond == Ordering::Equal {
+                best = even(best, neighbour);
+                break;
+            }
+            if beyond != rest.sign() {
+                break;
+            }
+            best = neighbour;
+        }
+        // Never -0.0.
+        best + 0.0
+    }
+}
+
+/// A number, or if it is too small to be a coordinate, one that is not and not far.
+fn nearly_valid(v: f64) -> f64 {
+    if v.abs() < Point::MIN_MAGNITUDE { 0.0 } else { v }
+}
+
+/// The next larger coordinate.
+fn next_up(v: f64) -> f64 {
+    if v == 0.0 {
+        Point::MIN_MAGNITUDE
+    } else if v == -Point::MIN_MAGNITUDE {
+        0.0
+    } else {
+        v.next_up()
+    }
+}
+
+/// Of two neighbours, the one with an even significand; that nearer to zero if both are, which are zero and the smallest.
+fn even(one: f64, other: f64) -> f64 {
+    let (small, large) = if one.abs() < other.abs() {
+        (one, other)
+    } else {
+        (other, one)
+    };
+    if small.to_bits() & 1 == 0 { small } else { large }
+}
+
+#[cfg(test)]
+mod tests;

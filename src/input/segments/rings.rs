@@ -1,0 +1,172 @@
+//! The rings of GeoJSON's polygons, directed so that the polygon is on the left of every segment.
+//!
+//! In: polygons of either winding, their rings closed or not. Out: outer rings counter-clockwise, inner ones clockwise, by
+//! the exact sign of their area. Why no look at more than that sign: whatever goes there and back within a ring (spikes,
+//! bridges) cancels out in whichever direction the ring goes.
+//!
+//! A ring without area encloses nothing, and neither do the inner rings of a polygon whose outer one has none. Their segments
+//! still block the way, so they come, but each in both directions: no side of it is the inside.
+
+use super::Reader;
+use super::sink::{End, Sink};
+use crate::geometry::area_sign;
+use crate::input::InputError;
+use crate::input::bytes::ByteInput;
+use crate::input::geojson::{Event, Features, Kind};
+use std::cmp::Ordering;
+
+pub(super) struct Rings {
+    features: Features,
+    /// The vertices of the ring at hand, each once. No two neighbours are equal.
+    ring: Vec<End>,
+    /// How the ring is handed out, if it is at its end.
+    due: Option<Due>,
+    /// Whether the outer ring of the polygon at hand has an area.
+    has_area: bool,
+    name: String,
+    unclosed: u64,
+    flat: u64,
+    lone: u64,
+}
+
+/// A ring that is handed out.
+#[derive(Clone, Copy)]
+struct Due {
+    both_ways: bool,
+    /// The segments so far.
+    given: usize,
+}
+
+fn is_polygon(kind: Kind) -> bool {
+    matches!(kind, Kind::Polygon | Kind::MultiPolygon)
+}
+
+impl Rings {
+    pub fn new(input: ByteInput) -> Result<Self, InputError> {
+        let name = input.path.display().to_string();
+        Ok(Self {
+            features: Features::new(input, None, is_polygon)?,
+            ring: Vec::new(),
+            due: None,
+            has_area: false,
+            name,
+            unclosed: 0,
+            flat: 0,
+            lone: 0,
+        })
+    }
+
+    /// The ring at hand is at its end: which one of its polygon.
+    fn end_ring(&mut self, number: u64) {
+        if let [first, .., last] = self.ring[..] {
+            if first.point == last.point {
+                self.ring.pop();
+            } else {
+                self.unclosed += 1;
+            }
+        }
+        let area = area_sign(self.ring.iter().map(|end| end.point));
+        let is_outer = number == 0;
+        if is_outer {
+            self.has_area = area != Ordering::Equal;
+        }
+        let both_ways = area == Ordering::Equal || !self.has_area;
+        self.flat += u64::from(both_ways && self.ring.len() > 1);
+        self.lone += u64::from(self.ring.len() == 1);
+        if let [_, rest @ ..] = &mut self.ring[..]
+            && is_outer != (area == Ordering::Greater)
+        {
+            rest.reverse();
+        }
+        self.due = Some(Due { both_ways, given: 0 });
+    }
+
+    /// Hands out a segment of a ring at its end.
+    fn give(&mut self, due: Due, sink: &mut Sink<'_>) {
+        let n = self.ring.len();
+        let segments = if due.both_ways { 2 * n } else { n };
+        if n < 2 || due.given == segments {
+            self.ring.clear();
+            self.due = None;
+            return;
+        }
+        let at = if due.both_ways { due.given / 2 } else { due.given };
+        let mut ends = [self.ring[at], self.ring[(at + 1) % n]];
+        if due.both_ways && due.given % 2 == 1 {
+            ends.reverse();
+        }
+        sink.segment(ends, self.features.ended());
+        self.due = Some(Due {
+            given: due.given + 1,
+            ..due
+        });
+    }
+}
+
+impl Reader for Rings {
+    fn has_z(&self) -> bool {
+        self.features.has_z()
+    }
+
+    fn lines(&self) -> u64 {
+        self.features.ended()
+    }
+
+    fn fill(&mut self, sink: &mut Sink<'_>) -> Result<bool, InputError> {
+        while !sink.is_full() {
+            if let Some(due) = self.due {
+                self.give(due, sink);
+                continue;
+            }
+            let line = self.features.ended();
+            let no_polygon = |kind| format!("this is a {kind:?}; obstacles are Polygons and MultiPolygons");
+            match self.features.next_event()? {
+                None => return Ok(false),
+                Some(Event::Position(position)) => {
+                    let end = match self.features.json().kind() {
+                        Some(kind) if !is_polygon(kind) => Err(no_polygon(kind)),
+                        _ => position.coordinates().and_then(|(x, y, z)| End::new(x, y, z)),
+                    };
+                    let end = end.map_err(|found| sink.wrong_obstacle(line, position.place(), found))?;
+                    if self.ring.last().is_none_or(|last| last.point != end.point) {
+                        self.ring.push(end);
+                    }
+                }
+                Some(Event::LineEnd(number)) => self.end_ring(number),
+                Some(Event::Geometry(kind, place)) => {
+                    if !is_polygon(kind) {
+                        return Err(sink.wrong_obstacle(line, place, no_polygon(kind)));
+                    }
+                    self.has_area = false;
+                }
+                Some(Event::Record(_)) => {}
+            }
+        }
+        Ok(true)
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let name = &self.name;
+        let mut notes = Vec::new();
+        if self.unclosed > 0 {
+            notes.push(format!(
+                "{name}: {} rings do not end where they begin; they were closed",
+                self.unclosed
+            ));
+        }
+        if self.flat > 0 {
+            notes.push(format!(
+                "{name}: {} rings enclose nothing, since they, or the outer rings around them, have no area; \
+                 their segments still block the way",
+                self.flat
+            ));
+        }
+        if self.lone > 0 {
+            notes.push(format!(
+                "{name}: {} rings have one position only; they were left out",
+                self.lone
+            ));
+        }
+        notes
+    }
+}

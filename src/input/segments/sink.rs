@@ -1,0 +1,117 @@
+//! Where the readers of segments put them: numbered, with z for all ends or for none.
+
+use super::SegmentBatch;
+use crate::geometry::Point;
+use crate::input::sink::describe;
+use crate::input::{InputError, Place};
+use std::path::Path;
+
+/// Segments in a full batch.
+const BATCH: usize = 8192;
+
+/// The way from one file into one batch.
+pub(super) struct Sink<'a> {
+    pub batch: &'a mut SegmentBatch,
+    pub path: &'a Path,
+    /// Whether the batches have z.
+    pub wants_z: bool,
+    /// Segments before this batch.
+    pub first_segment: u64,
+    /// Lines of the files before.
+    pub first_line: u64,
+    pub odd: &'a mut OddEnds,
+}
+
+/// Ends whose z is not as the others'.
+#[derive(Default)]
+pub(super) struct OddEnds {
+    /// Those that had none and got 0.
+    pub padded: u64,
+    /// Those whose z was left out.
+    pub cut: u64,
+}
+
+impl OddEnds {
+    /// What a person should know of them.
+    pub fn notes(&self, path: &Path) -> Vec<String> {
+        let path = path.display();
+        let padded = (self.padded > 0).then(|| format!("{path}: {} ends without z got z = 0", self.padded));
+        let cut = (self.cut > 0).then(|| {
+            let cut = self.cut;
+            format!("{path}: the z of {cut} ends is not kept, since the first position of no file has one")
+        });
+        padded.into_iter().chain(cut).collect()
+    }
+}
+
+/// A valid end of a segment.
+#[derive(Clone, Copy)]
+pub(super) struct End {
+    pub point: Point,
+    pub z: Option<f64>,
+}
+
+impl End {
+    /// An end, or what is wrong with it.
+    pub fn new(x: f64, y: f64, z: Option<f64>) -> Result<Self, String> {
+        let point = Point::new(x, y);
+        if !point.is_valid() || z.is_some_and(|z| !z.is_finite()) {
+            return Err(describe(x, y, z));
+        }
+        Ok(Self {
+            point: point.normalized(),
+            z: z.map(|z| z + 0.0),
+        })
+    }
+}
+
+impl Sink<'_> {
+    /// Whether the batch should be handed out before more is put in.
+    pub fn is_full(&self) -> bool {
+        self.room() == 0
+    }
+
+    /// The number of segments that the batch still takes.
+    pub fn room(&self) -> usize {
+        BATCH.saturating_sub(self.batch.len())
+    }
+
+    /// Takes a segment of this line of the file.
+    pub fn segment(&mut self, ends: [End; 2], line: u64) {
+        self.batch.ends.push(ends.map(|end| end.point));
+        self.batch.lines.push(self.first_line + line);
+        for end in ends {
+            self.odd.padded += u64::from(self.wants_z && end.z.is_none());
+            self.odd.cut += u64::from(!self.wants_z && end.z.is_some());
+        }
+        if self.wants_z {
+            self.batch.z.push(ends.map(|end| end.z.unwrap_or(0.0)));
+        }
+    }
+
+    /// Takes a segment between two records.
+    pub fn pair(&mut self, records: [u64; 2], line: u64) {
+        self.batch.records.push(records);
+        self.batch.lines.push(self.first_line + line);
+    }
+
+    /// The error of a segment that is none; so many others still wait to be put in before it.
+    pub fn wrong_segment(&self, waiting: u64, place: Place, found: String) -> InputError {
+        InputError::Segment {
+            path: self.path.to_owned(),
+            segment: self.first_segment + self.batch.len() as u64 + waiting,
+            place,
+            found,
+        }
+    }
+
+    /// The error of an obstacle, by its line of the file.
+    pub fn wrong_obstacle(&self, line: u64, place: Place, found: String) -> InputError {
+        InputError::Obstacle {
+            path: self.path.to_owned(),
+            obstacle: self.first_line + line,
+            place,
+            found,
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! Where the readers of sites put them: numbered, with z for all or for none.
+
+use super::{SiteBatch, SiteId};
+use crate::geometry::Point;
+use crate::input::sink::describe;
+use crate::input::{InputError, Place};
+use std::path::Path;
+
+/// Sites in a full batch.
+const BATCH: usize = 8192;
+
+/// The way from one file into one batch.
+pub(super) struct Sink<'a> {
+    pub batch: &'a mut SiteBatch,
+    pub path: &'a Path,
+    /// Whether the batches have z.
+    pub wants_z: bool,
+    /// Sites before this batch.
+    pub first: u64,
+    /// Sites that had no z and got 0.
+    pub padded: &'a mut u64,
+}
+
+/// A place for a site: valid.
+#[derive(Clone, Copy)]
+pub(super) struct Spot {
+    point: Point,
+    z: Option<f64>,
+}
+
+impl Spot {
+    /// A place, or what is wrong with it.
+    pub fn new(x: f64, y: f64, z: Option<f64>) -> Result<Self, String> {
+        let point = Point::new(x, y);
+        if !point.is_valid() || z.is_some_and(|z| !z.is_finite()) {
+            return Err(describe(x, y, z));
+        }
+        Ok(Self {
+            point: point.normalized(),
+            z: z.map(|z| z + 0.0),
+        })
+    }
+}
+
+impl Sink<'_> {
+    /// Whether the batch should be handed out before more is put in.
+    pub fn is_full(&self) -> bool {
+        self.batch.len() >= BATCH
+    }
+
+    /// Takes a site; without an id its number is its id.
+    pub fn site(&mut self, spot: Spot, id: Option<SiteId>) {
+        let id = id.unwrap_or(SiteId::Number(self.next()));
+        self.batch.ids.push(id);
+        self.batch.points.push(spot.point);
+        if self.wants_z {
+            *self.padded += u64::from(spot.z.is_none());
+            self.batch.z.push(spot.z.unwrap_or(0.0));
+        }
+    }
+
+    /// The error of a site that is none; so many others still wait to be put in before it.
+    pub fn wrong(&self, waiting: u64, place: Place, found: String) -> InputError {
+        InputError::Site {
+            path: self.path.to_owned(),
+            site: self.next() + waiting,
+            place,
+            found,
+        }
+    }
+
+    /// The number of the site that comes.
+    fn next(&self) -> u64 {
+        self.first + self.batch.len() as u64
+    }
+}
