@@ -1,10 +1,14 @@
 //! Puts a tile's border together from its late triangles and the open sides of its core.
 
-use super::border_log::LateTriangle;
-use super::leaf::OpenSide;
-use super::node::SeamVertex;
+use std::collections::HashMap;
+
+use super::TileState;
+use super::border_log::GroupBorders;
+use super::border_mesh::{BorderMesh, Late};
+use super::components::Anchor;
+use super::regions::Regions;
 use crate::geometry::Rect;
-use crate::store::{BorderDraft, ELSEWHERE, HULL, TileId};
+use crate::store::{BorderDraft, Component, ELSEWHERE, EdgeSource, HULL, TileId};
 
 /// A border, and what it adds to the tile's entry.
 #[derive(Debug)]
@@ -16,126 +20,132 @@ pub(super) struct Border {
     pub(super) bounds: Rect,
     /// Constraint edges that belong to the tile, but for those between two triangles of the core.
     pub(super) constraint_edges: u64,
+    /// Triangles of the tile in holes.
+    pub(super) hole_triangles: u64,
+    /// Holes that are closed components of the core.
+    pub(super) closed_holes: u64,
 }
 
-/// A side of a core or border triangle, by the edge it lies on.
-struct EdgeSide {
-    /// Corners, the smaller first.
-    edge: (u32, u32),
-    side: u32,
+/// The regions of a tile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TileRegions<'a> {
+    pub(super) all: &'a Regions,
+    /// The components of the core that seeds lie in, in order.
+    pub(super) seeded: &'a [u32],
 }
 
-/// Joins the late triangles of a tile to each other and to its core.
-///
-/// The result does not depend on the order of the triangles.
+/// Makes the border of a tile.
 pub(super) fn assemble(
     tile: TileId,
-    vertices: u32,
-    core_triangles: u32,
-    open_sides: &[OpenSide],
-    late: impl Iterator<Item = LateTriangle>,
+    state: &TileState,
+    group: &GroupBorders,
+    mesh: &BorderMesh,
+    regions: Option<TileRegions<'_>>,
 ) -> Border {
-    let late: Vec<LateTriangle> = late.collect();
-    let corners = late.iter().flat_map(|t| t.corners);
-    let mut foreign: Vec<SeamVertex> = corners.filter(|v| v.id.tile != tile).collect();
-    foreign.sort_unstable_by_key(|v| v.id);
-    foreign.dedup_by_key(|v| v.id);
-    let corner = |v: &SeamVertex| match foreign.binary_search_by_key(&v.id, |f| f.id) {
-        Ok(place) => vertices + place as u32,
-        Err(_) => v.id.index,
+    let (neighbours, core_links) = link(mesh);
+    let edges = group.edges_of(tile);
+    let mut draft = BorderDraft {
+        vertices: state.vertices,
+        core_triangles: state.core_triangles,
+        vertex_sides: vertex_sides(mesh),
+        foreign: mesh.foreign.iter().map(|v| (v.id, v.point)).collect(),
+        triangles: mesh.late.iter().map(|late| late.corners).collect(),
+        neighbours,
+        core_links,
+        constraints: mesh.late.iter().map(Late::side_bits).collect(),
+        edge_sources: edge_sources(
+            mesh,
+            edges.map(|(ends, source)| (ends.map(|id| mesh.corner(id)), source)),
+        ),
+        ..BorderDraft::default()
     };
-    let (mut owned, mut bounds) = (0, Rect::EMPTY);
-    let mut with_constraints = Vec::with_capacity(late.len());
-    for LateTriangle { corners, constraints } in &late {
-        let mut sides = [0, 1, 2].map(|s| {
-            let [from, to] = [corners[s], corners[(s + 1) % 3]];
-            let first = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
-            (corner(&from), constraints >> s & 1, first.id.tile == tile)
-        });
-        while sides[0].0 > sides[1].0 || sides[0].0 > sides[2].0 {
-            sides.rotate_left(1);
-        }
-        with_constraints.push(sides);
-        let smallest = corners.iter().min_by(|a, b| a.point.lex_cmp(b.point));
-        if smallest.is_some_and(|v| v.id.tile == tile) {
-            owned += 1;
-            bounds = bounds.union(Rect::around(corners.map(|v| v.point)));
-        }
+    let (mut hole_triangles, mut closed_holes) = (0, 0);
+    if let Some(TileRegions { all, seeded }) = regions {
+        let anchors: Vec<Anchor> = group.anchors_of(tile).collect();
+        let of_core = all.of_core(tile, state, &anchors, seeded);
+        closed_holes = of_core[state.open_components as usize..]
+            .iter()
+            .filter(|region| region.is_hole)
+            .count() as u64;
+        let in_holes = of_core.iter().zip(&anchors).filter(|(region, _)| region.is_hole);
+        hole_triangles = in_holes.map(|(_, anchor)| u64::from(anchor.triangles)).sum();
+        let of_late = mesh.late.iter().map(|late| all.of_late(late.number));
+        let with_regions = of_late.clone().zip(&mesh.late);
+        hole_triangles += with_regions
+            .filter(|(region, late)| region.is_hole && late.is_own)
+            .count() as u64;
+        (draft.regions, draft.components) = components(of_core, of_late);
     }
-    with_constraints.sort_unstable();
-    let triangles: Vec<[u32; 3]> = with_constraints.iter().map(|t| t.map(|(corner, ..)| corner)).collect();
-    let bits = with_constraints.iter().map(|t| t[0].1 | t[1].1 << 1 | t[2].1 << 2);
-
-    let own = open_sides.iter().filter(|side| side.is_constraint);
-    let mut own_constraints: Vec<(u32, u32)> = own.map(|side| edge(side.from, side.to)).collect();
-    for sides in &with_constraints {
-        for (s, &(from, bit, is_own)) in sides.iter().enumerate() {
-            if bit == 1 && is_own {
-                own_constraints.push(edge(from, sides[(s + 1) % 3].0));
-            }
-        }
-    }
-    own_constraints.sort_unstable();
-    own_constraints.dedup();
-
-    let core_sides = 3 * core_triangles;
-    let (neighbours, core_links) = link(&triangles, vertices, core_sides, open_sides);
     Border {
-        draft: BorderDraft {
-            vertices,
-            core_triangles,
-            vertex_sides: vertex_sides(&triangles, vertices, core_sides, open_sides),
-            foreign: foreign.iter().map(|v| (v.id, v.point)).collect(),
-            triangles,
-            neighbours,
-            core_links,
-            constraints: bits.collect(),
-        },
-        owned,
-        bounds,
-        constraint_edges: own_constraints.len() as u64,
+        constraint_edges: draft.edge_sources.chunk_by(|a, b| a.0 == b.0).count() as u64,
+        draft,
+        owned: mesh.late.iter().filter(|late| late.is_own).count() as u32,
+        bounds: mesh.bounds,
+        hole_triangles,
+        closed_holes,
     }
 }
 
-/// The corners of an edge, the smaller first.
-fn edge(from: u32, to: u32) -> (u32, u32) {
-    (from.min(to), from.max(to))
+/// The components of a tile: those of its core, and behind them those that its border triangles have alone; and that of each
+/// border triangle.
+fn components(of_core: Vec<Component>, of_late: impl Iterator<Item = Component>) -> (Vec<Component>, Vec<u32>) {
+    let mut all = of_core;
+    let places = all.iter().zip(0..all.len() as u32).rev();
+    let places = places.map(|(component, place)| (component.region, place));
+    let mut places: HashMap<u64, u32> = places.collect();
+    let mut of_triangles = Vec::new();
+    for component in of_late {
+        let place = *places.entry(component.region).or_insert_with(|| {
+            all.push(component);
+            all.len() as u32 - 1
+        });
+        of_triangles.push(place);
+    }
+    if of_triangles.iter().all(|&place| place == 0) {
+        of_triangles.clear();
+    }
+    (all, of_triangles)
 }
 
-/// The sides across those of the border's triangles, and the pairs of core and border sides.
-fn link(
-    triangles: &[[u32; 3]],
-    vertices: u32,
-    core_sides: u32,
-    open_sides: &[OpenSide],
-) -> (Vec<[u64; 3]>, Vec<(u32, u32)>) {
-    let on = |from: u32, to: u32, side| EdgeSide {
-        edge: edge(from, to),
-        side,
+/// The smallest side on each constraint edge, with each of its sources as seen along it.
+fn edge_sources(mesh: &BorderMesh, edges: impl Iterator<Item = ([u32; 2], EdgeSource)>) -> Vec<(u32, EdgeSource)> {
+    let on_side = |([from, to], source): ([u32; 2], EdgeSource)| {
+        let ends = [from.min(to), from.max(to)];
+        let place = mesh.sides.partition_point(|side| side.edge < ends);
+        let side = mesh.sides.get(place).filter(|side| side.edge == ends)?;
+        let is_along = mesh.from(side) == from;
+        Some((side.side, if is_along { source } else { source.reversed() }))
     };
-    let mut sides: Vec<EdgeSide> = open_sides.iter().map(|o| on(o.from, o.to, o.side)).collect();
-    for (&[a, b, c], first) in triangles.iter().zip((core_sides..).step_by(3)) {
-        sides.extend([on(a, b, first), on(b, c, first + 1), on(c, a, first + 2)]);
-    }
-    sides.sort_unstable_by_key(|s| (s.edge, s.side));
-    let mut neighbours = vec![[HULL; 3]; triangles.len()];
+    let found = edges.map(on_side);
+    // An edge that is done has triangles, and those around its first end are all in the tile.
+    let mut sources: Vec<(u32, EdgeSource)> = found
+        .inspect(|found| debug_assert!(found.is_some()))
+        .flatten()
+        .collect();
+    sources.sort_unstable();
+    sources
+}
+
+/// The sides across those of the late triangles, and the pairs of core and border sides.
+fn link(mesh: &BorderMesh) -> (Vec<[u64; 3]>, Vec<(u32, u32)>) {
+    let mut neighbours = vec![[HULL; 3]; mesh.late.len()];
     let mut core_links = Vec::new();
     let mut set = |side: u32, value: u64| {
-        if let Some(side) = side.checked_sub(core_sides) {
+        if let Some(side) = side.checked_sub(mesh.core_sides) {
             neighbours[(side / 3) as usize][(side % 3) as usize] = value;
         }
     };
-    for pair in sides.chunk_by(|a, b| a.edge == b.edge) {
+    for pair in mesh.edges() {
         match pair {
             [one, other] => {
                 set(one.side, other.side.into());
                 set(other.side, one.side.into());
-                if one.side < core_sides {
+                if one.side < mesh.core_sides {
                     core_links.push((one.side, other.side));
                 }
             }
             // Both ends belong to other tiles, and so does the triangle across, if there is one.
-            [one] if one.edge.0 >= vertices => set(one.side, ELSEWHERE),
+            [one] if one.edge[0] >= mesh.vertices => set(one.side, ELSEWHERE),
             // An end is ours, so a triangle across would be here: the side is on the hull.
             _ => debug_assert_eq!(pair.len(), 1),
         }
@@ -145,14 +155,13 @@ fn link(
 }
 
 /// A leaving side for each vertex of the tile that is a corner of the border but not of the core.
-fn vertex_sides(triangles: &[[u32; 3]], vertices: u32, core_sides: u32, open_sides: &[OpenSide]) -> Vec<(u32, u32)> {
+fn vertex_sides(mesh: &BorderMesh) -> Vec<(u32, u32)> {
     // Where the star of a vertex lies partly in the core, an open side ends its core part.
-    let mut in_core: Vec<u32> = open_sides.iter().flat_map(|o| [o.from, o.to]).collect();
+    let mut in_core: Vec<u32> = mesh.open_sides.iter().flat_map(|o| [o.from, o.to]).collect();
     in_core.sort_unstable();
-    let corners = triangles.as_flattened().iter().zip(core_sides..);
+    let corners = mesh.late.iter().flat_map(|late| late.corners).zip(mesh.core_sides..);
     let mut sides: Vec<(u32, u32)> = corners
-        .filter(|(corner, _)| **corner < vertices && in_core.binary_search(corner).is_err())
-        .map(|(&corner, side)| (corner, side))
+        .filter(|(corner, _)| *corner < mesh.vertices && in_core.binary_search(corner).is_err())
         .collect();
     sides.sort_unstable();
     sides.dedup_by_key(|s| s.0);

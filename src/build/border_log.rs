@@ -1,7 +1,8 @@
 //! The border log: what borders are made of, spilled until they are put together.
 //!
 //! Tiles are taken in groups of neighbours in leaf order. A group gets the open sides of its tiles' cores, and every late
-//! triangle with a vertex in it. What it gets fills a buffer; full buffers go to the end of one file, as checksummed chunks.
+//! triangle with a vertex in it; where there are segments, also the constraint edges that belong to its tiles and are not in
+//! their cores, and the anchors of its tiles' components. What it gets fills a buffer; full buffers go to the end of one file, as checksummed chunks.
 //! After the root the log is read back group by group, so borders are made in leaf order and memory holds one group at a time.
 //!
 //! Where the chunks of a finished block lie goes to the journal, so that a build that goes on finds them again.
@@ -12,63 +13,76 @@ use std::ops::Range;
 use std::os::unix::fs::FileExt;
 use std::sync::Arc;
 
+use super::components::Anchor;
+use super::constrain::DoneEdge;
 use super::leaf::OpenSide;
 use super::node::SeamVertex;
 use crate::geometry::Point;
-use crate::store::{Extent, TileId, VertexId};
+use crate::mesh::WALLS;
+use crate::store::{EdgeSource, Extent, TileId, VertexId};
 
 /// A triangle that was settled by a merge: crossing, or late.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LateTriangle {
     /// Counter-clockwise.
     pub(super) corners: [SeamVertex; 3],
-    /// A bit for each side that is a constraint.
-    pub(super) constraints: u8,
+    /// The bits of the sides, as in a triangulation with constraints.
+    pub(super) side_bits: u8,
+    /// Its number in the log, which gives it.
+    pub(super) number: u32,
 }
 
 /// Bytes of a corner: tile, place, x, y.
 const CORNER: usize = 24;
-/// In the place of a corner, or the number of a side: the side is a constraint.
+/// In the place of a corner, or the number of a side: the side is a constraint, and a wall.
 const CONSTRAINT: u32 = 1 << 31;
-/// Bytes of a triangle in the log.
-const TRIANGLE: usize = 3 * CORNER;
-/// Bytes of an open side in the log: tile, from, to, side.
-const SIDE: usize = 16;
+const WALL: u32 = 1 << 30;
+/// Bytes of a triangle in the log: its corners and its number.
+const TRIANGLE: usize = 3 * CORNER + 4;
+/// Bytes of an open side in the log: tile, from, to, side, component.
+const SIDE: usize = 20;
+/// Bytes of a constraint edge in the log: tile and place of both ends, source. It belongs to the first one's tile.
+const EDGE: usize = 24;
+/// Bytes of an anchor in the log: tile, component, how much deeper, triangles.
+const ANCHOR: usize = 16;
 /// Bytes of a buffer, at most.
 const BUFFER: usize = 64 << 10;
 
 impl LateTriangle {
     fn encode(&self, bytes: &mut Vec<u8>) {
         for (corner, side) in self.corners.iter().zip(0..) {
-            let mark = if self.constraints >> side & 1 == 1 {
-                CONSTRAINT
-            } else {
-                0
-            };
+            let bit = |at: u32, mark: u32| if self.side_bits >> at & 1 == 1 { mark } else { 0 };
+            let mark = bit(side, CONSTRAINT) | bit(side + WALLS, WALL);
             bytes.extend_from_slice(&corner.id.tile.0.to_le_bytes());
             bytes.extend_from_slice(&(corner.id.index | mark).to_le_bytes());
             bytes.extend_from_slice(&corner.point.x.to_le_bytes());
             bytes.extend_from_slice(&corner.point.y.to_le_bytes());
         }
+        bytes.extend_from_slice(&self.number.to_le_bytes());
     }
 
     fn decode(bytes: &[u8]) -> Self {
         let word = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"));
-        let mut constraints = 0;
+        let mut side_bits = 0;
         let corners = [0, 1, 2].map(|side| {
             let id = word(side * CORNER);
             let place = (id >> 32) as u32;
-            constraints |= u8::from(place & CONSTRAINT != 0) << side;
+            side_bits |= u8::from(place & CONSTRAINT != 0) << side;
+            side_bits |= u8::from(place & WALL != 0) << (side as u32 + WALLS);
             let coordinate = |axis: usize| f64::from_bits(word(side * CORNER + 8 + 8 * axis));
             SeamVertex {
                 id: VertexId {
                     tile: TileId(id as u32),
-                    index: place & !CONSTRAINT,
+                    index: place & !(CONSTRAINT | WALL),
                 },
                 point: Point::new(coordinate(0), coordinate(1)),
             }
         });
-        Self { corners, constraints }
+        Self {
+            corners,
+            side_bits,
+            number: words::<1>(&bytes[3 * CORNER..])[0],
+        }
     }
 }
 
@@ -78,11 +92,14 @@ fn distinct([a, b, c]: [u32; 3]) -> impl Iterator<Item = u32> {
     values.into_iter().flatten()
 }
 
-/// The chunks of a group: those of open sides, and those of late triangles.
-pub(super) type GroupChunks = [Vec<Extent>; 2];
+/// The chunks of a group, by the kind of what is in them.
+pub(super) type GroupChunks = [Vec<Extent>; KINDS];
 
 const SIDES: usize = 0;
 const TRIANGLES: usize = 1;
+const EDGES: usize = 2;
+const ANCHORS: usize = 3;
+const KINDS: usize = 4;
 
 /// The log while it is written.
 #[derive(Debug)]
@@ -104,7 +121,7 @@ pub(super) struct BorderLog {
 #[derive(Debug, Default)]
 struct Group {
     first_tile: u32,
-    buffers: [Vec<u8>; 2],
+    buffers: [Vec<u8>; KINDS],
     chunks: GroupChunks,
 }
 
@@ -154,7 +171,7 @@ impl BorderLog {
         let buffer = &mut self.groups[group].buffers[SIDES];
         for side in sides {
             let mark = if side.is_constraint { CONSTRAINT } else { 0 };
-            for word in [tile.0, side.from, side.to, side.side | mark] {
+            for word in [tile.0, side.from, side.to, side.side | mark, side.component] {
                 buffer.extend_from_slice(&word.to_le_bytes());
             }
         }
@@ -162,10 +179,45 @@ impl BorderLog {
         self.relieve(group, SIDES)
     }
 
-    /// Appends triangles.
+    /// Appends constraint edges that are not in a core.
+    pub(super) fn append_edges(&mut self, edges: &[DoneEdge]) -> io::Result<()> {
+        for edge in edges {
+            let [mut first, mut second] = edge.ends;
+            let mut source = edge.source;
+            if second.point.lex_cmp(first.point).is_lt() {
+                (first, second, source) = (second, first, source.reversed());
+            }
+            let group = self.group_of(first.id.tile.0);
+            let buffer = &mut self.groups[group].buffers[EDGES];
+            for word in [first.id.tile.0, first.id.index, second.id.tile.0, second.id.index] {
+                buffer.extend_from_slice(&word.to_le_bytes());
+            }
+            buffer.extend_from_slice(&source.to_bits().to_le_bytes());
+            self.buffered += EDGE;
+            self.relieve(group, EDGES)?;
+        }
+        Ok(())
+    }
+
+    /// Appends the anchors of a tile's components.
+    pub(super) fn append_anchors(&mut self, tile: TileId, anchors: &[Anchor]) -> io::Result<()> {
+        let group = self.group_of(tile.0);
+        let buffer = &mut self.groups[group].buffers[ANCHORS];
+        for anchor in anchors {
+            for word in [tile.0, anchor.component, anchor.deeper as u32, anchor.triangles] {
+                buffer.extend_from_slice(&word.to_le_bytes());
+            }
+        }
+        self.buffered += anchors.len() * ANCHOR;
+        self.relieve(group, ANCHORS)
+    }
+
+    /// Appends triangles, and numbers them.
     pub(super) fn append_triangles(&mut self, triangles: &[LateTriangle]) -> io::Result<()> {
-        self.triangles += triangles.len() as u64;
         for triangle in triangles {
+            let number = u32::try_from(self.triangles).map_err(|_| io::ErrorKind::FileTooLarge)?;
+            let triangle = LateTriangle { number, ..*triangle };
+            self.triangles += 1;
             for group in distinct(triangle.corners.map(|v| self.group_of(v.id.tile.0) as u32)) {
                 triangle.encode(&mut self.groups[group as usize].buffers[TRIANGLES]);
                 self.buffered += TRIANGLE;
@@ -182,11 +234,14 @@ impl BorderLog {
         }
         if self.buffered > self.buffers {
             for group in 0..self.groups.len() {
-                self.write(group, SIDES)?;
-                self.write(group, TRIANGLES)?;
+                self.write_all(group)?;
             }
         }
         Ok(())
+    }
+
+    fn write_all(&mut self, group: usize) -> io::Result<()> {
+        (0..KINDS).try_for_each(|kind| self.write(group, kind))
     }
 
     fn write(&mut self, group: usize, kind: usize) -> io::Result<()> {
@@ -212,8 +267,7 @@ impl BorderLog {
     pub(super) fn finish_block(&mut self, tiles: Range<u32>) -> io::Result<Vec<GroupChunks>> {
         let groups = self.groups_of(tiles);
         for group in groups.clone() {
-            self.write(group, SIDES)?;
-            self.write(group, TRIANGLES)?;
+            self.write_all(group)?;
         }
         Ok(self.groups[groups].iter().map(|group| group.chunks.clone()).collect())
     }
@@ -245,12 +299,31 @@ impl BorderLog {
 
     /// Reads a group back, and forgets it.
     pub(super) fn take_group(&mut self, number: usize) -> io::Result<GroupBorders> {
-        let first = self.groups[number].first_tile;
+        let borders = self.read_group(number);
+        self.forget_group(number);
+        borders
+    }
+
+    /// Forgets a group.
+    pub(super) fn forget_group(&mut self, number: usize) {
+        let Group {
+            first_tile, buffers, ..
+        } = std::mem::take(&mut self.groups[number]);
+        self.groups[number].first_tile = first_tile;
+        self.buffered -= buffers.iter().map(Vec::len).sum::<usize>();
+    }
+
+    /// Reads a group back.
+    pub(super) fn read_group(&mut self, number: usize) -> io::Result<GroupBorders> {
+        let Group {
+            first_tile,
+            buffers,
+            chunks,
+        } = &self.groups[number];
         let end = self.groups.get(number + 1).map_or(self.tiles, |next| next.first_tile);
-        let Group { buffers, chunks, .. } = std::mem::take(&mut self.groups[number]);
-        self.groups[number].first_tile = first;
-        let mut parts = [Vec::new(), Vec::new()];
-        for ((part, buffer), chunks) in parts.iter_mut().zip(&buffers).zip(chunks) {
+        let tiles = *first_tile..end;
+        let mut parts = [const { Vec::new() }; KINDS];
+        for ((part, buffer), chunks) in parts.iter_mut().zip(buffers).zip(chunks) {
             let spilled: usize = chunks.iter().map(|chunk| chunk.length as usize).sum();
             part.reserve_exact(spilled + buffer.len());
             for chunk in chunks {
@@ -263,10 +336,9 @@ impl BorderLog {
                 }
             }
             self.read += spilled as u64;
-            self.buffered -= buffer.len();
             part.extend_from_slice(buffer);
         }
-        Ok(GroupBorders::new(parts, first..end))
+        Ok(GroupBorders::new(parts, tiles))
     }
 }
 
@@ -276,6 +348,8 @@ pub(super) struct GroupBorders {
     tiles: Range<u32>,
     sides: ByTile,
     triangles: ByTile,
+    edges: ByTile,
+    anchors: ByTile,
 }
 
 /// Entries of one length, and which belong to each tile.
@@ -290,25 +364,43 @@ struct ByTile {
 }
 
 impl ByTile {
-    fn new(bytes: Vec<u8>, entry: usize, tiles: &Range<u32>, of: impl Fn(&[u8], &mut Vec<u32>)) -> Self {
-        let mut of_tile: Vec<(u32, u32)> = Vec::with_capacity(bytes.len() / entry);
-        let mut its = Vec::new();
-        for (bytes, number) in bytes.chunks_exact(entry).zip(0..) {
-            its.clear();
-            of(bytes, &mut its);
-            of_tile.extend(
-                its.iter()
-                    .filter(|tile| tiles.contains(tile))
-                    .map(|&tile| (tile, number)),
-            );
+    /// Entries of which `tiles_of` reads up to so many tiles, some of them perhaps of other groups.
+    fn new<const N: usize>(
+        bytes: Vec<u8>,
+        entry: usize,
+        tiles: &Range<u32>,
+        tiles_of: impl Fn(&[u8]) -> [u32; N],
+    ) -> Self {
+        let mut starts = vec![0; tiles.len() + 1];
+        let in_group = |bytes: &[u8]| {
+            let its = tiles_of(bytes);
+            // Each tile once.
+            let places = its
+                .into_iter()
+                .enumerate()
+                .filter(move |&(at, tile)| !its[..at].contains(&tile));
+            let in_group = places.filter(|(_, tile)| tiles.contains(tile));
+            in_group.map(|(_, tile)| (tile - tiles.start) as usize)
+        };
+        for bytes in bytes.chunks_exact(entry) {
+            in_group(bytes).for_each(|place| starts[place + 1] += 1);
         }
-        of_tile.sort_unstable();
-        let starts = (tiles.start..=tiles.end).map(|tile| of_tile.partition_point(|&(t, _)| t < tile));
+        for place in 1..starts.len() {
+            starts[place] += starts[place - 1];
+        }
+        let mut numbers = vec![0; starts[tiles.len()]];
+        let mut next = starts.clone();
+        for (bytes, number) in bytes.chunks_exact(entry).zip(0..) {
+            for place in in_group(bytes) {
+                numbers[next[place]] = number;
+                next[place] += 1;
+            }
+        }
         Self {
-            starts: starts.collect(),
-            numbers: of_tile.into_iter().map(|(_, number)| number).collect(),
             bytes,
             entry,
+            numbers,
+            starts,
         }
     }
 
@@ -322,16 +414,23 @@ impl ByTile {
 }
 
 impl GroupBorders {
-    fn new([sides, triangles]: [Vec<u8>; 2], tiles: Range<u32>) -> Self {
-        let of_side = |bytes: &[u8], its: &mut Vec<u32>| its.push(words(bytes)[0]);
-        let of_triangle = |bytes: &[u8], its: &mut Vec<u32>| {
-            its.extend(distinct(LateTriangle::decode(bytes).corners.map(|v| v.id.tile.0)));
-        };
+    fn new([sides, triangles, edges, anchors]: [Vec<u8>; KINDS], tiles: Range<u32>) -> Self {
+        let of_one = |bytes: &[u8]| words::<1>(bytes);
+        let of_triangle = |bytes: &[u8]| [0, CORNER, 2 * CORNER].map(|at| words::<1>(&bytes[at..])[0]);
         Self {
-            sides: ByTile::new(sides, SIDE, &tiles, of_side),
+            sides: ByTile::new(sides, SIDE, &tiles, of_one),
             triangles: ByTile::new(triangles, TRIANGLE, &tiles, of_triangle),
+            edges: ByTile::new(edges, EDGE, &tiles, of_one),
+            anchors: ByTile::new(anchors, ANCHOR, &tiles, of_one),
             tiles,
         }
+    }
+
+    /// Bytes that it takes.
+    pub(super) fn byte_size(&self) -> u64 {
+        let parts = [&self.sides, &self.triangles, &self.edges, &self.anchors];
+        let bytes = parts.map(|part| part.bytes.len() + 4 * part.numbers.len() + 8 * part.starts.len());
+        bytes.iter().sum::<usize>() as u64
     }
 
     /// The tiles of the group.
@@ -347,16 +446,43 @@ impl GroupBorders {
     /// The open sides of a tile's core.
     pub(super) fn sides_of(&self, tile: TileId) -> Vec<OpenSide> {
         let sides = self.sides.of(tile.0 - self.tiles.start).map(words);
-        let open = sides.map(|[_, from, to, side]| OpenSide {
+        let open = sides.map(|[_, from, to, side, component]| OpenSide {
             from,
             to,
             side: side & !CONSTRAINT,
             is_constraint: side & CONSTRAINT != 0,
+            component,
         });
         open.collect()
     }
+
+    /// The constraint edges that belong to a tile and are not in its core, each from the end in the tile on.
+    pub(super) fn edges_of(&self, tile: TileId) -> impl Iterator<Item = ([VertexId; 2], EdgeSource)> {
+        self.edges.of(tile.0 - self.tiles.start).map(|bytes| {
+            let [tile, index, other_tile, other_index, low, high] = words(bytes);
+            let id = |tile, index| VertexId {
+                tile: TileId(tile),
+                index,
+            };
+            let source = EdgeSource::from_bits(u64::from(high) << 32 | u64::from(low));
+            ([id(tile, index), id(other_tile, other_index)], source)
+        })
+    }
+
+    /// The anchors of a tile's components.
+    pub(super) fn anchors_of(&self, tile: TileId) -> impl Iterator<Item = Anchor> {
+        self.anchors.of(tile.0 - self.tiles.start).map(|bytes| {
+            let [_, component, deeper, triangles] = words(bytes);
+            Anchor {
+                component,
+                deeper: deeper as i32,
+                triangles,
+            }
+        })
+    }
 }
 
-fn words(bytes: &[u8]) -> [u32; 4] {
-    [0, 4, 8, 12].map(|at| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes")))
+fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
+    let (words, _) = bytes.as_chunks::<4>();
+    std::array::from_fn(|at| u32::from_le_bytes(words[at]))
 }

@@ -20,12 +20,21 @@ const WORK_BYTES: u64 = 400;
 /// Bytes of a seam vertex while its node is merged: kernel, mesh, fates, and the triangles and the seam that come out.
 pub(super) const SEAM_WORK_BYTES: u64 = 250;
 
+/// Bytes of a held triangle while its node is merged: glued to others, with constraints, and on its way to the log.
+pub(super) const HELD_WORK_BYTES: u64 = 250;
+
 /// Bytes of a seam vertex that waits, with its share of unsettled triangles.
 pub(super) const SEAM_BYTES: u64 = 48;
 
 /// Bytes of a point in a block, and more where it has z.
 const POINT_BYTES: u64 = 20;
 const POINT_WITH_Z_BYTES: u64 = 36;
+
+/// Bytes of a segment in a block: itself, and its numbers among those of leaves.
+pub(super) const SEGMENT_BYTES: u64 = 56;
+
+/// Bytes of a segment in work: pieces, marks, sources.
+const SEGMENT_WORK_BYTES: u64 = 150;
 
 /// The most points of a block: more would gain nothing, and a build that goes on would lose more.
 const MAX_BLOCK: u64 = 1 << 22;
@@ -45,22 +54,56 @@ pub(super) struct Shares {
     pub(super) border_log: usize,
 }
 
+/// How much there is to build from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Load {
+    pub(super) points: u64,
+    pub(super) segments: u64,
+    pub(super) has_z: bool,
+}
+
+impl Load {
+    /// What a plan has, and so many segments.
+    pub(super) fn of(plan: &Plan, segments: u64) -> Self {
+        Self {
+            points: plan.points,
+            segments,
+            has_z: plan.has_z,
+        }
+    }
+
+    /// Bytes that segments take for each point, of so many for each segment. Segments need not lie as evenly as points do, but
+    /// none is without ends.
+    fn per_point(self, bytes: u64) -> u64 {
+        let all = self.segments.saturating_mul(bytes);
+        all.div_ceil(self.points.max(1)).min(3 * bytes)
+    }
+
+    /// Bytes of a point in a block, with its share of segments.
+    fn point_bytes(self) -> u64 {
+        point_bytes(self.has_z) + self.per_point(SEGMENT_BYTES)
+    }
+}
+
 /// Bytes of the tiles that are in work.
-fn work_bytes(options: &BuildOptions, threads: usize, points: u64) -> u64 {
-    points.min((options.tile_vertices * threads) as u64) * WORK_BYTES
+fn work_bytes(options: &BuildOptions, threads: usize, load: Load) -> u64 {
+    let at_once = load.points.min((options.tile_vertices * threads) as u64);
+    at_once * (WORK_BYTES + load.per_point(SEGMENT_WORK_BYTES))
 }
 
-/// Whether so many points, that take so many bytes, can stay in memory.
-pub(super) fn fits(options: &BuildOptions, points: u64, bytes: u64) -> bool {
-    bytes.saturating_add(work_bytes(options, options.threads, points)) <= options.memory
+/// Whether points that take so many bytes can stay in memory, with their segments.
+pub(super) fn fits(options: &BuildOptions, load: Load, bytes: u64) -> bool {
+    let segments = load.segments.saturating_mul(SEGMENT_BYTES);
+    let work = work_bytes(options, options.threads, load);
+    bytes.saturating_add(segments).saturating_add(work) <= options.memory
 }
 
-/// Whether so many points without z can stay in memory.
-pub(super) fn points_fit(options: &BuildOptions, points: u64) -> bool {
-    fits(options, points, points.saturating_mul(POINT_BYTES))
+/// Whether points that are still to come can stay in memory.
+pub(super) fn points_fit(options: &BuildOptions, load: Load) -> bool {
+    fits(options, load, load.points.saturating_mul(point_bytes(load.has_z)))
 }
 
-/// Bytes of a point in a block.
+/// Bytes of a point in a block, without segments.
 pub(super) fn point_bytes(has_z: bool) -> u64 {
     if has_z { POINT_WITH_Z_BYTES } else { POINT_BYTES }
 }
@@ -76,33 +119,33 @@ pub(super) fn most_cells(memory: u64) -> usize {
 }
 
 /// The shares of a build of so many points, which do not fit in memory. Threads that there is no memory for are not used.
-pub(super) fn shares(options: &BuildOptions, points: u64, has_z: bool) -> Result<Shares, BuildError> {
+pub(super) fn shares(options: &BuildOptions, load: Load) -> Result<Shares, BuildError> {
     /// A block is no more than one of so many.
     const BLOCKS: u64 = 32;
-    let tile_vertices = options.tile_vertices as u64;
+    let (tile_vertices, points) = (options.tile_vertices as u64, load.points);
     // Two blocks of a tile each are the least.
-    let least = 2 * tile_vertices.min(points) * point_bytes(has_z) * 4 / 3;
+    let least = 2 * tile_vertices.min(points) * load.point_bytes() * 4 / 3;
     let threads = (1..=options.threads).rev();
-    let mut fitting = threads.filter(|&threads| work_bytes(options, threads, points) + least <= options.memory);
+    let mut fitting = threads.filter(|&threads| work_bytes(options, threads, load) + least <= options.memory);
     let Some(threads) = fitting.next() else {
         return Err(BuildError::Memory {
-            needed: work_bytes(options, 1, points) + least,
+            needed: work_bytes(options, 1, load) + least,
             budget: options.memory,
         });
     };
     if threads < options.threads {
         tracing::warn!(threads, "there is memory for the tiles of so many threads only");
     }
-    let rest = options.memory - work_bytes(options, threads, points);
+    let rest = options.memory - work_bytes(options, threads, load);
     let blocks = rest / 4 * 3;
-    let share = blocks / 2 / point_bytes(has_z);
+    let share = blocks / 2 / load.point_bytes();
     let wanted = (points / BLOCKS).max(4 * tile_vertices);
     let block_points = share.min(MAX_BLOCK).min(wanted).max(1);
     Ok(Shares {
         threads,
         block_points,
         // More than the next one ahead would gain nothing.
-        blocks: blocks.min(2 * block_points * point_bytes(has_z)),
+        blocks: blocks.min(2 * block_points * load.point_bytes()),
         merge_vertices: merge_vertices(options, rest / 8),
         border_log: (rest / 8).min(16 << 20) as usize,
     })
@@ -128,14 +171,11 @@ fn merge_vertices(options: &BuildOptions, bytes: u64) -> usize {
 /// The shares of a build that goes on with a plan, which may be another budget's: with as many threads as its blocks leave
 /// memory for.
 pub(super) fn resumed_shares(options: &BuildOptions, plan: &Plan) -> Result<Shares, BuildError> {
-    let shares = shares(options, plan.points, plan.has_z)?;
+    let load = Load::of(plan, 0);
+    let shares = shares(options, load)?;
     let largest = plan.blocks.iter().map(|block| block.points).max().unwrap_or(0);
     let needed = 2 * largest * point_bytes(plan.has_z);
-    let left = |threads| {
-        options
-            .memory
-            .checked_sub(work_bytes(options, threads, plan.points) + needed)
-    };
+    let left = |threads| options.memory.checked_sub(work_bytes(options, threads, load) + needed);
     match (1..=shares.threads).rev().find(|&threads| left(threads).is_some()) {
         Some(threads) => Ok(Shares {
             threads,
@@ -143,7 +183,7 @@ pub(super) fn resumed_shares(options: &BuildOptions, plan: &Plan) -> Result<Shar
             ..shares
         }),
         None => Err(BuildError::Memory {
-            needed: work_bytes(options, 1, plan.points) + needed,
+            needed: work_bytes(options, 1, load) + needed,
             budget: options.memory,
         }),
     }

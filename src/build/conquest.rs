@@ -1,6 +1,5 @@
 //! Conquer and merge: what threads do with the tasks of the board, and what is known of the tiles meanwhile.
 
-use std::collections::HashMap;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -9,18 +8,21 @@ use bytes::Bytes;
 use parking_lot::Mutex;
 
 use super::border_log::BorderLog;
-use super::budget::SEAM_WORK_BYTES;
-use super::constrain::{Crossed, segments_of_leaves};
-use super::divide::divide;
+use super::budget::{HELD_WORK_BYTES, SEAM_WORK_BYTES};
+use super::constrain::{Crossed, Final};
+use super::crossings::{FirstCrossings, LeafLines, in_leaves};
+use super::divide::{Division, divide};
 use super::growth::SeamGrowth;
 use super::journal::FinishedBlock;
-use super::leaf::{LeafSegments, conquer, first_duplicate};
+use super::leaf::{LeafError, LeafInput, LeafRules, conquer, first_duplicate};
 use super::merge::merge;
 use super::node::{Seam, Workspace};
-use super::options::{BuildOptions, DuplicateRule, Duplicates, Phase};
+use super::options::{BuildOptions, Duplicates, Phase};
 use super::ordered::{Closed, Ordered};
 use super::output::{Extent, Sender};
+use super::regions::HoleRules;
 use super::schedule::{BlockPoints, Board, Place, Task};
+use super::segments::segments_of_leaves;
 use super::summary::LevelSummary;
 use super::{BlockFound, BuildError, GENERATION, TileState};
 use crate::geometry::{Point, Rect};
@@ -38,13 +40,8 @@ pub(super) struct Conquest {
     pub(super) limits: ConquestLimits,
     /// For the cores on their way to the file.
     pub(super) buffers: Buffers,
-    pub(super) segments: Vec<[Point; 2]>,
-    /// From this record number on points are ends of segments.
-    pub(super) first_end: u64,
-    /// Segments that may meet the cell of a block that was not divided yet.
-    pub(super) of_blocks: Mutex<Vec<Vec<u32>>>,
-    /// Segments that may meet the cell of a tile that was not conquered yet.
-    pub(super) of_tiles: Mutex<HashMap<u32, Vec<u32>>>,
+    pub(super) rules: LeafRules,
+    pub(super) holes: HoleRules,
 }
 
 /// What conquest must keep to, and what it knows of its input.
@@ -72,10 +69,23 @@ pub(super) struct Found {
     growth: SeamGrowth,
     /// Points of the leaves that are done.
     points_done: u64,
+    /// Segments that cross.
+    crossings: FirstCrossings,
+    /// Two of them that one insertion met.
+    crossed: Option<Crossed>,
+    /// Tiles, and components of theirs that seeds lie in.
+    pub(super) seeded: Vec<(u32, u32)>,
     /// When the first block was divided.
     pub(super) conquer_began: Option<Instant>,
     /// The time that threads waited for the writing of tiles.
     pub(super) waited_to_write: Duration,
+}
+
+impl Found {
+    /// Whether there is no file to come, and blocks are looked at only for what is wrong with the input.
+    fn has_refused(&self) -> bool {
+        self.first_duplicate.is_some() || self.crossed.is_some() || self.crossings.count() > 0
+    }
 }
 
 impl Conquest {
@@ -99,8 +109,12 @@ impl Conquest {
             if self.options.progress.is_cancelled() {
                 self.fail(BuildError::Cancelled);
             }
-            if done.is_err() || self.found.lock().failed.is_some() {
+            let found = self.found.lock();
+            if found.failed.is_some() || done.is_err() && !found.has_refused() {
                 self.board.stop();
+                cores.close();
+            } else if found.has_refused() {
+                // Leaves that are in work wait for others that do not come.
                 cores.close();
             }
         }
@@ -117,7 +131,8 @@ impl Conquest {
         let division = divide(&mut block.store.items, self.options.tile_vertices, threads);
         if self.options.duplicates == Duplicates::Error {
             let leaves = division.leaves.iter().map(|leaf| &block.store.items[leaf.clone()]);
-            let duplicates = leaves.filter_map(|items| first_duplicate(items, &block.store.attributes, self.first_end));
+            let first_end = self.rules.duplicates.first_end;
+            let duplicates = leaves.filter_map(|items| first_duplicate(items, &block.store.attributes, first_end));
             let mut found = self.found.lock();
             let first = duplicates.chain(found.first_duplicate);
             found.first_duplicate = first.min_by_key(|(records, _)| (records[1], records[0]));
@@ -129,18 +144,14 @@ impl Conquest {
         }
         let tiles = division.leaves.len();
         let tree = division.tree.clone();
-        let of_leaves = if self.segments.is_empty() {
-            Vec::new()
-        } else {
-            let its = std::mem::take(&mut self.of_blocks.lock()[block.number as usize]);
+        if !block.segments.is_empty() {
             let cell = self.board.block_cell(block.number);
-            segments_of_leaves(&tree, cell, &self.segments, its.into_iter())
-        };
+            block.of_leaves = segments_of_leaves(&tree, cell, &block.segments);
+            self.look_for_crossings(&block, &division, cell, threads);
+        }
         let mut many = false;
         self.board.divided(block, division, |first_tile| {
             many = first_tile as usize + tiles > MAX_TILES as usize;
-            let of_tiles = (first_tile..).zip(of_leaves).filter(|(_, its)| !its.is_empty());
-            self.of_tiles.lock().extend(of_tiles);
             self.add_block(BlockFound {
                 first_tile,
                 tree,
@@ -152,6 +163,26 @@ impl Conquest {
             self.fail(BuildError::TooManyTiles { max: MAX_TILES });
         }
         Ok(())
+    }
+
+    /// Looks for segments that cross in a block that was divided. If there are any there is no file to come, but the blocks
+    /// that are left may have those that are to be told first.
+    fn look_for_crossings(&self, block: &BlockPoints, division: &Division, cell: Rect, threads: usize) {
+        let items = &block.store.items;
+        let cells = division.tree.cells_within(cell);
+        let leaves = cells.into_iter().zip(&division.leaves).zip(&block.of_leaves);
+        let leaves: Vec<LeafLines<'_>> = leaves
+            .map(|((cell, points), its)| LeafLines {
+                cell,
+                items: &items[points.clone()],
+                its,
+            })
+            .collect();
+        let crossings = in_leaves(&block.segments, &leaves, threads);
+        if crossings.count() > 0 {
+            self.found.lock().crossings.merge(&crossings);
+            self.board.only_divide();
+        }
     }
 
     fn add_block(&self, block: BlockFound) {
@@ -207,18 +238,19 @@ impl Conquest {
         let _span = tracing::debug_span!("leaf", tile = tile.0).entered();
         let items = &block.store.items[points];
         let place = self.board.place(node);
-        let rule = DuplicateRule {
-            duplicates: self.options.duplicates,
-            first_end: self.first_end,
+        let of_block = tile.0 - self.found.lock().blocks[block.number as usize].first_tile;
+        let input = LeafInput {
+            tile,
+            cell: place.cell,
+            items,
+            attributes: &block.store.attributes,
+            segments: &block.segments,
+            its: block.of_leaves.get(of_block as usize).map_or(&[], |its| its),
         };
-        let its = self.of_tiles.lock().remove(&tile.0).unwrap_or_default();
-        let segments = LeafSegments {
-            all: &self.segments,
-            its: &its,
+        let leaf = match conquer(workspace, input, &self.rules) {
+            Ok(leaf) => leaf,
+            Err(error) => return self.refuse(error),
         };
-        let attributes = &block.store.attributes;
-        let leaf = conquer(workspace, items, attributes, rule, tile, place.cell, segments);
-        let leaf = self.not_crossed(leaf)?;
         if place.cell == Rect::PLANE {
             self.check_root(&leaf.seam)?;
         }
@@ -238,10 +270,19 @@ impl Conquest {
                 core_triangles: settled as u32,
                 bounds: leaf.bounds,
                 constraint_edges: leaf.constraint_edges,
+                components: leaf.components.count,
+                open_components: leaf.components.open,
                 ..TileState::default()
             };
+            let seeded = leaf.seeded.iter().map(|&component| (tile.0, component));
+            found.seeded.extend(seeded);
         }
-        let appended = self.log.lock().append_sides(tile, &leaf.open_sides);
+        let mut log = self.log.lock();
+        let appended = log
+            .append_sides(tile, &leaf.open_sides)
+            .and_then(|()| log.append_edges(&leaf.edges))
+            .and_then(|()| log.append_anchors(tile, &leaf.components.anchors));
+        drop(log);
         self.logged(appended)?;
         let began = Instant::now();
         cores.put(tile.0, core)?;
@@ -256,12 +297,17 @@ impl Conquest {
         let place = self.board.place(node);
         let vertices = seams.iter().map(|seam| seam.vertices.len()).sum();
         let bytes = seams.iter().map(Seam::byte_size).sum();
-        let merged = merge(workspace, seams, place.cell, &self.segments);
-        let (late, seam) = self.not_crossed(merged)?;
+        let merged = merge(workspace, seams, place.cell);
+        let (Final { triangles: late, edges }, seam) = match merged {
+            Ok(merged) => merged,
+            Err(crossed) => return self.refuse(crossed.into()),
+        };
         if place.cell == Rect::PLANE {
             self.check_root(&seam)?;
         }
-        let appended = self.log.lock().append_triangles(&late);
+        let mut log = self.log.lock();
+        let appended = log.append_triangles(&late).and_then(|()| log.append_edges(&edges));
+        drop(log);
         self.logged(appended)?;
         {
             let mut found = self.found.lock();
@@ -277,14 +323,22 @@ impl Conquest {
         self.hand_up(node, place, seam, bytes, sender)
     }
 
-    fn not_crossed<T>(&self, constrained: Result<T, Crossed>) -> Result<T, Closed> {
-        constrained.map_err(|Crossed { piece, edge }| {
-            self.fail(BuildError::Crossing {
-                segment: piece,
-                other: edge,
-            });
-            Closed
-        })
+    /// Ends the work, since the segments cannot all be edges.
+    fn refuse(&self, error: LeafError) -> Result<(), Closed> {
+        match error {
+            // What there is to be told of it, the leaves that own the crossing points know.
+            LeafError::Crossed(crossed) => {
+                self.found.lock().crossed = Some(crossed);
+                self.board.only_divide();
+                Ok(())
+            }
+            LeafError::OpenRing(source) => {
+                self.fail(BuildError::OpenRing {
+                    obstacle: source.number(),
+                });
+                Err(Closed)
+            }
+        }
     }
 
     /// At the root all constraints are in, unless there are no triangles to have them as edges.
@@ -334,7 +388,8 @@ impl Conquest {
         } else {
             0
         };
-        let now = blocks + load.bytes + load.next_vertices * SEAM_WORK_BYTES;
+        let held = load.next_held * HELD_WORK_BYTES;
+        let now = blocks + load.bytes + load.next_vertices * SEAM_WORK_BYTES + held;
         // A fortieth of the points, and cells eight times as large as others, tell enough of the rest. If there is no going
         // on anyway, less will do to say what it would take.
         let is_over = now > budget;
@@ -343,9 +398,19 @@ impl Conquest {
             .growth
             .root_bytes(self.limits.points, if is_over { 1.5 } else { 7.0 });
         let needed = now.max(root.filter(|_| enough).unwrap_or(0));
+        let points_done = found.points_done;
         drop(found);
         if needed > budget {
-            self.fail(BuildError::Seams { needed, budget });
+            self.fail(if held > now / 2 {
+                // All cells will have as many as those that are done.
+                let share = self.limits.points as f64 / points_done.max(1) as f64;
+                BuildError::Held {
+                    needed: ((now as f64 * share) as u64).max(now),
+                    budget,
+                }
+            } else {
+                BuildError::Seams { needed, budget }
+            });
         }
         Ok(())
     }
@@ -356,9 +421,19 @@ impl Conquest {
         if let Some(error) = found.failed.take() {
             return Err(error);
         }
-        match found.first_duplicate {
-            Some((records, point)) => Err(BuildError::Duplicate { records, point }),
-            None => Ok(()),
+        if found.crossings.count() > 0 {
+            return Err(BuildError::Crossings {
+                first: found.crossings.first().to_vec(),
+                count: found.crossings.count(),
+            });
+        }
+        match (found.first_duplicate, found.crossed) {
+            (Some((records, point)), _) => Err(BuildError::Duplicate { records, point }),
+            (_, Some(Crossed { piece, edge })) => Err(BuildError::Internal(format!(
+                "a piece from {:?} to {:?} crosses the constraint from {:?} to {:?}, and no segments cross there",
+                piece[0], piece[1], edge[0], edge[1]
+            ))),
+            (None, None) => Ok(()),
         }
     }
 }

@@ -3,7 +3,9 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::crossings::{Crossing, KEPT, SplitError};
 use crate::geometry::Point;
+use crate::store::EdgeSource;
 
 /// Why a build failed. Nothing stands under the output's name then, or what stood there before.
 #[derive(Debug, thiserror::Error)]
@@ -113,17 +115,100 @@ pub enum BuildError {
         /// Bytes allowed.
         budget: u64,
     },
-    /// Two segments cross where neither has a vertex.
+    /// Segments that go through many tiles hold more triangles than there is memory for.
     #[error(
-        "the segment from ({}, {}) to ({}, {}) crosses the one from ({}, {}) to ({}, {}); let them meet in a point, or leave one \
-         out",
-        segment[0].x, segment[0].y, segment[1].x, segment[1].y, other[0].x, other[0].y, other[1].x, other[1].y
+        "segments cross so many tiles that the triangles on their way take about {needed} MiB of memory, and {budget} MiB are \
+         allowed; allow that much",
+        needed = needed.div_ceil(1 << 20), budget = budget >> 20
     )]
-    Crossing {
-        /// A piece of a segment.
-        segment: [Point; 2],
-        /// A piece of the other.
-        other: [Point; 2],
+    Held {
+        /// Bytes needed, about.
+        needed: u64,
+        /// Bytes allowed.
+        budget: u64,
+    },
+    /// Segments cross where no vertex lies.
+    #[error(
+        "{count} pairs of segments cross: {}; let them meet in a point, leave one of them out, or have them split where they \
+         cross",
+        listed(first, *count)
+    )]
+    Crossings {
+        /// The first of them, by the numbers of their lines and by place; at most ten.
+        first: Vec<Crossing>,
+        /// How many there are.
+        count: u64,
+    },
+    /// Sites came with another number of z, or of ids.
+    #[error("a batch has {sites} sites, z for {z} and ids for {ids}")]
+    SiteBatch {
+        /// How many there are.
+        sites: usize,
+        /// How many have z.
+        z: usize,
+        /// How many have an id.
+        ids: usize,
+    },
+    /// A site is not a point.
+    #[error("site {site} at ({}, {}) with z {z} is no valid point", point.x, point.y)]
+    InvalidSite {
+        /// The number of the site, from 0.
+        site: u64,
+        /// Where it is.
+        point: Point,
+        /// Its z.
+        z: f64,
+    },
+    /// A hole point is not a point.
+    #[error("hole point {seed} at ({}, {}) is no valid point", point.x, point.y)]
+    InvalidSeed {
+        /// The number of the hole point, from 0.
+        seed: u64,
+        /// Where it is.
+        point: Point,
+    },
+    /// Sites and hole points are kept in memory.
+    #[error(
+        "sites and hole points take a quarter of {needed} MiB of memory, and {budget} MiB are allowed in all; allow that much",
+        needed = needed.div_ceil(1 << 20), budget = budget >> 20
+    )]
+    Sites {
+        /// Bytes needed.
+        needed: u64,
+        /// Bytes allowed.
+        budget: u64,
+    },
+    /// Segments that cross cannot be split.
+    #[error(transparent)]
+    Split(#[from] SplitError),
+    /// Splitting segments where they cross is done in memory.
+    #[error(
+        "splitting segments where they cross takes about {needed} MiB of memory, and {budget} MiB are allowed; allow that much",
+        needed = needed.div_ceil(1 << 20), budget = budget >> 20
+    )]
+    SplitMemory {
+        /// Bytes needed, about.
+        needed: u64,
+        /// Bytes allowed.
+        budget: u64,
+    },
+    /// A ring of a polygon does not close, or is not what it should be: its two sides are the same.
+    #[error("the rings of obstacle {obstacle} do not close; each must end where it begins")]
+    OpenRing {
+        /// The number of the polygon's record.
+        obstacle: u64,
+    },
+    /// There are more late triangles than can be numbered, or telling regions apart takes too much memory.
+    #[error(
+        "telling the regions between segments apart takes about {needed} MiB of memory, and {budget} MiB are allowed; allow \
+         that much",
+        needed = needed.div_ceil(1 << 20), budget = budget >> 20
+    )]
+    Regions {
+        /// Bytes needed, about.
+        needed: u64,
+        /// Bytes allowed.
+        budget: u64,
     },
     /// All points lie on one line, so that there are no triangles to have the segments as edges.
     #[error("all points lie on one line; segments between them cannot be kept in a file without triangles")]
@@ -135,6 +220,32 @@ pub enum BuildError {
         segment: u64,
         /// Its end.
         point: Point,
+    },
+    /// The z of a segment's end is NaN or infinite.
+    #[error("an end of segment {segment} has z {z}, which is not finite")]
+    InvalidEndZ {
+        /// The number of the segment, from 0.
+        segment: u64,
+        /// Its z.
+        z: f64,
+    },
+    /// A line's number is beyond what a file holds.
+    #[error("segment {segment} belongs to line {line}, and lines are numbered up to {max}", max = EdgeSource::MAX_NUMBER)]
+    LineNumber {
+        /// The number of the segment, from 0.
+        segment: u64,
+        /// The number of its line.
+        line: u64,
+    },
+    /// Segments came with another number of z, or of lines.
+    #[error("a batch has {segments} segments, pairs of z for {z} and lines for {lines}")]
+    SegmentBatch {
+        /// How many there are.
+        segments: usize,
+        /// How many have z.
+        z: usize,
+        /// How many have a line.
+        lines: usize,
     },
     /// A segment was to join a record that no point came of.
     #[error("segment {segment} joins record {record}, and there is no point with that number")]
@@ -187,6 +298,16 @@ pub enum BuildError {
     /// A computing thread panicked: a defect of this library.
     #[error("internal error: {0}")]
     Internal(String),
+}
+
+/// The first crossings, and whether there are more.
+fn listed(first: &[Crossing], count: u64) -> String {
+    let mut text = first.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
+    // Segments that are there twice cross twice, and are told of once.
+    if first.len() == KEPT && count > KEPT as u64 {
+        text += "; and more";
+    }
+    text
 }
 
 impl BuildError {

@@ -7,7 +7,7 @@ use std::thread;
 
 use tokio::sync::{mpsc, oneshot};
 
-use super::budget::{self, Shares};
+use super::budget::{self, Load, Shares};
 use super::journal::SavedPlan;
 use super::options::DuplicateRule;
 use super::point_store::PointStore;
@@ -19,6 +19,17 @@ use crate::input::PointBatch;
 
 /// Batches that wait for the thread that distributes them.
 const BATCHES_AHEAD: usize = 4;
+
+/// What is known of a build before its points come.
+#[derive(Clone, Debug)]
+pub(super) struct Terms {
+    pub(super) options: Arc<BuildOptions>,
+    pub(super) folder: Arc<WorkFolder>,
+    /// From this record number on points are ends of segments, or sites; it is known once all others have come.
+    pub(super) first_end: Arc<AtomicU64>,
+    /// Segments that came.
+    pub(super) segments: u64,
+}
 
 /// The points so far.
 #[derive(Debug)]
@@ -66,41 +77,26 @@ impl Intake {
     }
 
     /// Learns how many points come, and how they lie. If they will not fit, they go to disk from the first one on.
-    pub(super) fn expect(
-        &mut self,
-        points: u64,
-        sample: Vec<Point>,
-        options: &Arc<BuildOptions>,
-        folder: &Arc<WorkFolder>,
-        first_end: &Arc<AtomicU64>,
-    ) -> Result<(), BuildError> {
+    pub(super) fn expect(&mut self, points: u64, sample: Vec<Point>, terms: &Terms) -> Result<(), BuildError> {
         let Self::Memory(store) = self else { return Ok(()) };
-        if sample.is_empty() || !store.items.is_empty() || budget::points_fit(options, points) {
+        let load = Load {
+            points,
+            segments: terms.segments,
+            has_z: false,
+        };
+        if sample.is_empty() || !store.items.is_empty() || budget::points_fit(&terms.options, load) {
             return Ok(());
         }
         // What is to come may be told wrong; it decides how finely the plane is cut, nothing else.
-        let shares = budget::shares(options, points, false)?;
+        let shares = budget::shares(&terms.options, load)?;
         let cells = points.saturating_mul(4).div_ceil(shares.block_points).min(1 << 16) as usize;
-        let cells = cells.min(budget::most_cells(options.memory));
-        *self = Self::Spilling(Spilling::start(
-            PointStore::default(),
-            &sample,
-            cells,
-            options,
-            folder,
-            first_end,
-        )?);
+        let cells = cells.min(budget::most_cells(terms.options.memory));
+        *self = Self::Spilling(Spilling::start(PointStore::default(), &sample, cells, terms)?);
         Ok(())
     }
 
     /// Takes a batch.
-    pub(super) async fn push(
-        &mut self,
-        batch: &PointBatch,
-        options: &Arc<BuildOptions>,
-        folder: &Arc<WorkFolder>,
-        first_end: &Arc<AtomicU64>,
-    ) -> Result<(), BuildError> {
+    pub(super) async fn push(&mut self, batch: &PointBatch, terms: &Terms) -> Result<(), BuildError> {
         match self {
             Self::Resumed(_) => return Err(BuildError::PointsComplete),
             Self::Spilling(spilling) => return spilling.push(batch).await,
@@ -110,15 +106,20 @@ impl Intake {
         let room = store.items.len() + batch.points.len() <= PointStore::MAX_POINTS;
         if room {
             store.push(batch);
-            if budget::fits(options, store.items.len() as u64, store.byte_size()) {
+            let load = Load {
+                points: store.items.len() as u64,
+                segments: terms.segments,
+                has_z: store.attributes.has_z(),
+            };
+            if budget::fits(&terms.options, load, store.byte_size()) {
                 return Ok(());
             }
         }
         let store = std::mem::take(store);
         let step = store.items.len().div_ceil(spill::SAMPLE).max(1);
         let sample: Vec<Point> = store.items.iter().step_by(step).map(|item| item.point).collect();
-        let cells = budget::most_cells(options.memory);
-        let mut spilling = Spilling::start(store, &sample, cells, options, folder, first_end)?;
+        let cells = budget::most_cells(terms.options.memory);
+        let mut spilling = Spilling::start(store, &sample, cells, terms)?;
         if !room {
             spilling.push(batch).await?;
         }
@@ -137,27 +138,19 @@ impl Intake {
 }
 
 impl Spilling {
-    fn start(
-        store: PointStore,
-        sample: &[Point],
-        cells: usize,
-        options: &Arc<BuildOptions>,
-        folder: &Arc<WorkFolder>,
-        first_end: &Arc<AtomicU64>,
-    ) -> Result<Self, BuildError> {
-        let first_end = Arc::clone(first_end);
+    fn start(store: PointStore, sample: &[Point], cells: usize, terms: &Terms) -> Result<Self, BuildError> {
         let (batches, incoming) = mpsc::channel(BATCHES_AHEAD);
         let (reply, plan) = oneshot::channel::<Result<Plan, BuildError>>();
-        let mut spill = Spill::new(folder.spill(), sample, cells, budget::run_buffers(options.memory), 0);
-        let (options, folder) = (Arc::clone(options), Arc::clone(folder));
-        let path = folder.spill().to_owned();
+        let path = terms.folder.spill().to_owned();
+        let mut spill = Spill::new(&path, sample, cells, budget::run_buffers(terms.options.memory), 0);
+        let terms = terms.clone();
         let work = move || {
             let pushed = spill.push_store(&store);
             drop(store);
-            let spilled = pushed.map_err(|error| cannot_spill(folder.spill(), error));
-            let plan = spilled.and_then(|()| distribute(spill, incoming, &options, &first_end, || reply.is_closed()));
+            let spilled = pushed.map_err(|error| cannot_spill(terms.folder.spill(), error));
+            let plan = spilled.and_then(|()| distribute(spill, incoming, &terms, || reply.is_closed()));
             // Before the answer: whoever gets it may remove the folder.
-            drop(folder);
+            drop(terms);
             // If nobody waits for the answer any more, nobody needs it.
             let _ = reply.send(plan);
         };
@@ -209,11 +202,10 @@ fn cannot_spill(folder: &Path, error: std::io::Error) -> BuildError {
 fn distribute(
     mut spill: Spill,
     mut incoming: mpsc::Receiver<PointBatch>,
-    options: &BuildOptions,
-    first_end: &AtomicU64,
+    terms: &Terms,
     is_abandoned: impl Fn() -> bool,
 ) -> Result<Plan, BuildError> {
-    let folder = spill.folder().to_owned();
+    let (folder, options) = (spill.folder().to_owned(), &terms.options);
     let cannot = |error: std::io::Error| {
         if options.progress.is_cancelled() {
             BuildError::Cancelled
@@ -229,7 +221,12 @@ fn distribute(
     }
     let spilled = spill.finish().map_err(cannot)?;
     let points = spilled.runs.iter().map(|run| run.points).sum();
-    let Shares { block_points, .. } = budget::shares(options, points, spilled.has_z)?;
+    let load = Load {
+        points,
+        segments: terms.segments,
+        has_z: spilled.has_z,
+    };
+    let Shares { block_points, .. } = budget::shares(options, load)?;
     let limits = Limits {
         block_points,
         cells: budget::most_cells(options.memory),
@@ -237,7 +234,7 @@ fn distribute(
     };
     let rule = DuplicateRule {
         duplicates: options.duplicates,
-        first_end: first_end.load(Ordering::Relaxed),
+        first_end: terms.first_end.load(Ordering::Relaxed),
     };
     plan_blocks(spilled, &folder, limits, rule, &options.progress).map_err(cannot)
 }

@@ -50,7 +50,8 @@ impl SavedPlan {
     pub(super) fn save(&self, path: &Path) -> io::Result<()> {
         let mut out = Encoder::default();
         out.text(&self.identity);
-        let Description { sources, crs, memo } = &self.description;
+        // Builds with lines are not saved.
+        let Description { sources, crs, memo, .. } = &self.description;
         out.list(sources, |out, source| {
             out.text(&source.name);
             out.u64(source.records);
@@ -107,6 +108,7 @@ impl SavedPlan {
             sources: from.list(source)?,
             crs: from.list(Decoder::text)?.pop(),
             memo: from.text()?,
+            ..Description::default()
         };
         let run = |from: &mut Decoder<'_>| {
             Some(Run {
@@ -217,7 +219,13 @@ fn decode(bytes: &[u8]) -> Option<(FinishedBlock, Seam)> {
             levels: from.list(level)?,
         },
         cores: from.list(take_extent)?,
-        chunks: from.list(|from| Some([from.list(take_extent)?, from.list(take_extent)?]))?,
+        chunks: from.list(|from| {
+            let mut group = GroupChunks::default();
+            for chunks in &mut group {
+                *chunks = from.list(take_extent)?;
+            }
+            Some(group)
+        })?,
     };
     let seam = Seam {
         level: usize::try_from(from.u64()?).ok()?,

@@ -1,12 +1,17 @@
 //! Conquers a leaf: its points become the core of a tile and a seam.
 
-use super::constrain::{Crossed, Pending, constrain_leaf};
+use super::components::Components;
+use super::constrain::{Crossed, DoneEdge, Pending, Piece, constrain_leaf};
 use super::node::{Fate, Seam, SeamVertex, Workspace};
 use super::options::DuplicateRule;
 use super::point_store::{Attributes, Item};
+use super::seeds::Seeds;
+use super::segments::Segment;
+use super::vertex_index::VertexIndex;
 use crate::geometry::{MortonSquare, Point, Rect};
+use crate::input::SiteId;
 use crate::mesh::NONE;
-use crate::store::{CoreDraft, TileId, VertexId};
+use crate::store::{CoreDraft, EdgeSource, TileId, VertexId};
 
 /// A side of a core triangle without another core triangle across: the border may have one.
 #[derive(Clone, Copy, Debug)]
@@ -15,24 +20,66 @@ pub(super) struct OpenSide {
     pub(super) to: u32,
     pub(super) side: u32,
     pub(super) is_constraint: bool,
+    /// The component of its triangle.
+    pub(super) component: u32,
 }
 
-/// The segments of a build, and those of a leaf among them.
+/// What comes to a leaf.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LeafSegments<'a> {
-    pub(super) all: &'a [[Point; 2]],
+pub(super) struct LeafInput<'a> {
+    pub(super) tile: TileId,
+    pub(super) cell: Rect,
+    pub(super) items: &'a [Item],
+    pub(super) attributes: &'a Attributes,
+    /// Segments, and which of them may meet the cell.
+    pub(super) segments: &'a [Segment],
     pub(super) its: &'a [u32],
+}
+
+/// What holds for all leaves of a build.
+#[derive(Clone, Debug)]
+pub(super) struct LeafRules {
+    pub(super) duplicates: DuplicateRule,
+    /// Whether there are regions to be told apart.
+    pub(super) has_regions: bool,
+    /// Whether regions may be holes.
+    pub(super) has_holes: bool,
+    /// Points whose regions are holes.
+    pub(super) seeds: Seeds,
+    /// From this record number on points are sites.
+    pub(super) first_site: u64,
+    pub(super) site_ids: Vec<SiteId>,
+}
+
+/// Why a leaf cannot be conquered.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum LeafError {
+    Crossed(Crossed),
+    /// A ring of this obstacle does not close.
+    OpenRing(EdgeSource),
+}
+
+impl From<Crossed> for LeafError {
+    fn from(crossed: Crossed) -> Self {
+        Self::Crossed(crossed)
+    }
 }
 
 /// What a leaf gives beside its core.
 #[derive(Debug)]
 pub(super) struct Leaf {
     pub(super) open_sides: Vec<OpenSide>,
+    /// Constraint edges that are done and not within the core.
+    pub(super) edges: Vec<DoneEdge>,
+    /// The components of the core, unless there are no regions to be told apart; their triangles are in the core.
+    pub(super) components: Components,
+    /// Those that are holes since a seed lies in them.
+    pub(super) seeded: Vec<u32>,
     pub(super) bounds: Rect,
     pub(super) seam: Seam,
     /// Points that lay on another.
     pub(super) duplicates: u64,
-    /// Vertices that are ends of segments only.
+    /// Vertices that are no points, but ends of segments or sites.
     pub(super) ends: u64,
     /// Constraint edges between two triangles of the core.
     pub(super) constraint_edges: u64,
@@ -49,15 +96,15 @@ pub(super) fn first_duplicate(items: &[Item], attributes: &Attributes, first_end
 }
 
 /// Triangulates the points of a leaf. Its core is left in the workspace.
-pub(super) fn conquer(
-    workspace: &mut Workspace,
-    items: &[Item],
-    attributes: &Attributes,
-    rule: DuplicateRule,
-    tile: TileId,
-    cell: Rect,
-    segments: LeafSegments<'_>,
-) -> Result<Leaf, Crossed> {
+pub(super) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &LeafRules) -> Result<Leaf, LeafError> {
+    let LeafInput {
+        tile,
+        cell,
+        items,
+        attributes,
+        ..
+    } = input;
+    let rule = rules.duplicates;
     let kept = match items {
         // More points at one place than a tile may have vertices: there need not be memory to sort them.
         [first, rest @ ..] if rest.iter().all(|item| { item.point } == { first.point }) => {
@@ -80,13 +127,15 @@ pub(super) fn conquer(
     if attributes.has_z() {
         core.z.extend(kept.iter().map(|item| attributes.z(item.position)));
     }
+    put_sites(&mut core, items, attributes, rules);
     let points = &core.points;
     let (seam_vertices, unsettled) = workspace.run(points, cell, |_| true);
-    workspace.constraints.clear();
-    let pending = if segments.its.is_empty() {
+    workspace.side_bits.clear();
+    workspace.edges.clear();
+    let pending = if input.its.is_empty() {
         Pending::default()
     } else {
-        constrain_leaf(workspace, points, segments.all, segments.its, tile, cell == Rect::PLANE)?
+        constrain_leaf(workspace, points, input.segments, input.its, tile, cell == Rect::PLANE)?
     };
     let seam_vertex = |index: u32| SeamVertex {
         id: VertexId { tile, index },
@@ -100,17 +149,131 @@ pub(super) fn conquer(
         vertices: seam_vertices.into_iter().map(seam_vertex).collect(),
     };
     let bounds = Rect::around(points.iter().copied());
-    let open_sides = core_triangles(workspace, &mut core);
-    let leaf = Leaf {
+    let mut open_sides = core_triangles(workspace, &mut core);
+    let elsewhere = take_edges(&mut core, &workspace.edges);
+    let edges = elsewhere.into_iter().map(|piece| DoneEdge {
+        ends: piece.ends.map(|index| SeamVertex {
+            id: VertexId { tile, index },
+            point: core.points[index as usize],
+        }),
+        source: piece.source,
+    });
+    let mut leaf = Leaf {
         bounds,
-        open_sides,
+        edges: edges.collect(),
+        components: Components::default(),
+        seeded: Vec::new(),
         seam,
         duplicates: (items.len() - kept.len()) as u64,
         ends: core.records.iter().filter(|&&record| record >= rule.first_end).count() as u64,
-        constraint_edges: constraints_within(&core),
+        constraint_edges: core.edge_sources.chunk_by(|a, b| a.0 == b.0).count() as u64,
+        open_sides: Vec::new(),
     };
+    if rules.has_regions {
+        let mut components = Components::of(&core, &open_sides);
+        if rules.has_holes {
+            components
+                .anchor(&core, &core.edge_sources)
+                .map_err(LeafError::OpenRing)?;
+        }
+        for side in &mut open_sides {
+            side.component = components.of_triangles[(side.side / 3) as usize];
+        }
+        leaf.seeded = seeded(&core, cell, &components, &rules.seeds);
+        if components.count > 1 {
+            core.components.append(&mut components.of_triangles);
+        }
+        leaf.components = components;
+    }
+    leaf.open_sides = open_sides;
     workspace.core = core;
     Ok(leaf)
+}
+
+/// Puts all sites among the items into a core that has their vertices.
+fn put_sites(core: &mut CoreDraft, items: &[Item], attributes: &Attributes, rules: &LeafRules) {
+    if rules.first_site == u64::MAX {
+        return;
+    }
+    let site_of = |item: &Item| {
+        Some((
+            item.point,
+            attributes.record(item.position).checked_sub(rules.first_site)?,
+        ))
+    };
+    let sites: Vec<(Point, u64)> = items.iter().filter_map(site_of).collect();
+    if sites.is_empty() {
+        return;
+    }
+    let index = VertexIndex::new(&core.points);
+    let placed = sites.into_iter().filter_map(|(place, site)| {
+        let (number, text) = match &rules.site_ids[site as usize] {
+            SiteId::Number(number) => (*number, ""),
+            SiteId::Text(text) => (site, text.as_str()),
+        };
+        Some((index.at(place)?, number, text))
+    });
+    let mut placed: Vec<(u32, u64, &str)> = placed.collect();
+    placed.sort_unstable();
+    core.sites
+        .extend(placed.iter().map(|&(vertex, number, _)| (vertex, number)));
+    if placed.iter().any(|(.., text)| !text.is_empty()) {
+        core.site_ids.extend(placed.iter().map(|&(.., text)| text.to_owned()));
+    }
+}
+
+/// The components of a core that seeds lie in.
+fn seeded(core: &CoreDraft, cell: Rect, components: &Components, seeds: &Seeds) -> Vec<u32> {
+    let mut seeded = Vec::new();
+    // A core lies within its cell.
+    if seeds.within(cell).next().is_some() {
+        for (corners, &component) in core.triangles.iter().zip(&components.of_triangles) {
+            if seeds.any_in(corners.map(|v| core.points[v as usize])) {
+                seeded.push(component);
+            }
+        }
+        seeded.sort_unstable();
+        seeded.dedup();
+    }
+    seeded
+}
+
+/// Notes the sources of the edges within the core. Returns the pieces that became others.
+fn take_edges(core: &mut CoreDraft, pieces: &[Piece]) -> Vec<Piece> {
+    if pieces.is_empty() {
+        return Vec::new();
+    }
+    let mut within: Vec<([u32; 2], u32)> = Vec::new();
+    let sides = core.neighbours.iter().zip(&core.constraints).zip(&core.triangles);
+    for (((neighbours, bits), corners), first) in sides.zip((0u32..).step_by(3)) {
+        for (s, &twin) in neighbours.iter().enumerate().filter(|(s, _)| bits >> s & 1 == 1) {
+            let side = first + s as u32;
+            if twin != NONE && side < twin {
+                let (from, to) = (corners[s], corners[(s + 1) % 3]);
+                within.push(([from.min(to), from.max(to)], side));
+            }
+        }
+    }
+    within.sort_unstable();
+    let mut elsewhere = Vec::new();
+    let mut edges = within.iter().peekable();
+    for piece in pieces {
+        while edges.next_if(|(ends, _)| *ends < piece.ends).is_some() {}
+        match edges.peek() {
+            Some(&&(ends, side)) if ends == piece.ends => {
+                let from = core.triangles[(side / 3) as usize][(side % 3) as usize];
+                let source = if from == ends[0] {
+                    piece.source
+                } else {
+                    piece.source.reversed()
+                };
+                core.edge_sources.push((side, source));
+            }
+            _ => elsewhere.push(*piece),
+        }
+    }
+    core.edge_sources.sort_unstable();
+    elsewhere
 }
 
 /// Copies the settled triangles and their adjacency, and notes the sides where it ends.
@@ -131,7 +294,7 @@ fn core_triangles(workspace: &Workspace, core: &mut CoreDraft) -> Vec<OpenSide> 
             continue;
         }
         let corners = mesh.triangles[triangle as usize];
-        let bits = workspace.constraints.get(triangle as usize).copied().unwrap_or(0);
+        let bits = workspace.side_bits.get(triangle as usize).copied().unwrap_or(0);
         let sides = [0, 1, 2].map(|s| 3 * triangle + s);
         let neighbours = sides.map(|side| match mesh.twin(side) {
             NONE => NONE,
@@ -146,27 +309,16 @@ fn core_triangles(workspace: &Workspace, core: &mut CoreDraft) -> Vec<OpenSide> 
                 to: corners[(s + 1) % 3],
                 side: 3 * core.triangles.len() as u32 + s as u32,
                 is_constraint: bits >> s & 1 == 1,
+                component: 0,
             });
         }
-        if !workspace.constraints.is_empty() {
+        if !workspace.side_bits.is_empty() {
             core.constraints.push(bits);
         }
         core.triangles.push(corners);
         core.neighbours.push(neighbours);
     }
     open_sides
-}
-
-/// Constraint edges with triangles of the core on both sides.
-fn constraints_within(core: &CoreDraft) -> u64 {
-    let sides = core.neighbours.iter().zip(&core.constraints).zip((0u32..).step_by(3));
-    let edges = sides.map(|((neighbours, bits), first)| {
-        let twins = (first..).zip(neighbours).zip(0..);
-        twins
-            .filter(|&((side, &twin), s)| bits >> s & 1 == 1 && twin != NONE && side < twin)
-            .count() as u64
-    });
-    edges.sum()
 }
 
 /// The items along a space-filling curve, so that what lies close together stands close together in the tile; items at one

@@ -4,18 +4,13 @@
 //! triangles of the whole and of the seams alone are the same.
 
 use super::border_log::LateTriangle;
-use super::constrain::{Crossed, Pending, constrain_node};
+use super::constrain::{Crossed, Final, Pending, constrain_node};
 use super::node::{Fate, Seam, SeamVertex, Workspace};
 use crate::geometry::{Point, Rect};
 use crate::mesh::smallest_first;
 
-/// Triangulates the seams together. Returns the triangles that are final now, and the seam of the whole.
-pub(super) fn merge(
-    workspace: &mut Workspace,
-    mut seams: Vec<Seam>,
-    cell: Rect,
-    segments: &[[Point; 2]],
-) -> Result<(Vec<LateTriangle>, Seam), Crossed> {
+/// Triangulates the seams together. Returns what is final now, and the seam of the whole.
+pub(super) fn merge(workspace: &mut Workspace, mut seams: Vec<Seam>, cell: Rect) -> Result<(Final, Seam), Crossed> {
     let mut pending: Vec<Pending> = Vec::new();
     for seam in &mut seams {
         pending.push(std::mem::take(&mut seam.pending));
@@ -42,16 +37,21 @@ pub(super) fn merge(
     let (seam_vertices, triangles) = workspace.run(&points, cell, |t| {
         crosses(t) || unsettled.binary_search(&smallest_first(t)).is_ok()
     });
-    let (late, pending) = if pending.iter().all(|pending| *pending == Pending::default()) {
+    let (found, pending) = if pending.iter().all(|pending| *pending == Pending::default()) {
         let fates = workspace.mesh.triangles.iter().zip(&workspace.fates);
         let settled = fates.filter(|(_, fate)| **fate == Fate::Settled);
         let late = settled.map(|(t, _)| LateTriangle {
             corners: t.map(|v| vertices[v as usize]),
-            constraints: 0,
+            side_bits: 0,
+            number: 0,
         });
-        (late.collect(), Pending::default())
+        let found = Final {
+            triangles: late.collect(),
+            edges: Vec::new(),
+        };
+        (found, Pending::default())
     } else {
-        constrain_node(workspace, &vertices, pending, segments, cell == Rect::PLANE)?
+        constrain_node(workspace, &vertices, pending, cell == Rect::PLANE)?
     };
     let seam = Seam {
         pending,
@@ -60,5 +60,5 @@ pub(super) fn merge(
         below,
         level,
     };
-    Ok((late, seam))
+    Ok((found, seam))
 }

@@ -14,13 +14,19 @@
 //! [`Builder`] takes batches and starts `pipeline` on computing threads, which share a board of tasks (`schedule`). What
 //! they finish comes in the order of the file (`ordered`) through a channel to the task that writes (`output`).
 
+mod assembly;
 mod border;
 mod border_log;
+mod border_mesh;
+mod borders;
+mod bucket_sort;
 mod budget;
 mod builder;
 mod codec;
+mod components;
 mod conquest;
 mod constrain;
+mod crossings;
 mod divide;
 mod error;
 mod growth;
@@ -35,21 +41,27 @@ mod output;
 mod pipeline;
 mod point_store;
 mod prefetch;
+mod regions;
 mod schedule;
+mod seeds;
 mod segments;
+mod sites;
 mod spill;
 mod summary;
+mod union;
+mod vertex_index;
 mod work_folder;
 
 use std::ops::Range;
 
 use crate::geometry::Rect;
-use crate::store::{KdTree, Source};
+use crate::store::{KdTree, LineSource, Source};
 
 pub use budget::{default_memory, peak_memory};
 pub use builder::Builder;
+pub use crossings::{Crossing, SplitError};
 pub use error::BuildError;
-pub use options::{BuildOptions, Duplicates, Phase, Progress, UnknownDuplicates};
+pub use options::{BuildOptions, Crossings, Duplicates, Phase, Progress, UnknownDuplicates};
 pub use summary::{BuildSummary, LevelSummary, PhaseSummary, Waits};
 
 /// The generation that a new file starts with.
@@ -60,6 +72,8 @@ const GENERATION: u32 = 1;
 pub struct Description {
     /// The files that the points come from.
     pub sources: Vec<Source>,
+    /// The files that lines come from, in the order of their numbers.
+    pub lines: Vec<LineSource>,
     /// The coordinate reference system.
     pub crs: Option<String>,
     /// Anything that whoever resumes the build wants to know; it does not go to the file.
@@ -94,6 +108,9 @@ struct TileState {
     owned_triangles: u32,
     bounds: Rect,
     constraint_edges: u64,
+    /// The components of its core, and those of them that are open; none where there are no regions to be told apart.
+    components: u32,
+    open_components: u32,
 }
 
 impl Default for TileState {
@@ -104,6 +121,8 @@ impl Default for TileState {
             border_triangles: 0,
             owned_triangles: 0,
             constraint_edges: 0,
+            components: 0,
+            open_components: 0,
             bounds: Rect::EMPTY,
         }
     }

@@ -4,7 +4,7 @@
 //! vertices that the levels above need. A triangle is settled if its closed circumdisc lies strictly inside the cell, so
 //! that no vertex of another cell can remove it. (Wu, section 3.3, calls it safe.)
 
-use super::constrain::Pending;
+use super::constrain::{Pending, Piece};
 use crate::geometry::{Point, Rect, disc_strictly_inside};
 use crate::io::Buffers;
 use crate::mesh::{Engine, Inserter, Triangulation, smallest_first};
@@ -48,8 +48,10 @@ pub(super) struct Workspace {
     /// For each point its place in the seam, or [`u32::MAX`].
     in_seam: Vec<u32>,
     pub(super) inserter: Inserter,
-    /// For each triangle of a leaf's mesh a bit for each side that is a constraint; or nothing.
-    pub(super) constraints: Vec<u8>,
+    /// The bits of the sides of each triangle of a leaf's mesh; or nothing.
+    pub(super) side_bits: Vec<u8>,
+    /// The constraint edges of a leaf that are done, in order, once for each source.
+    pub(super) edges: Vec<Piece>,
     /// The core of the leaf that was conquered last.
     pub(super) core: CoreDraft,
     /// For what cores are encoded in.
@@ -77,7 +79,8 @@ impl Workspace {
             fates: Vec::new(),
             in_seam: Vec::new(),
             inserter: Inserter::default(),
-            constraints: Vec::new(),
+            side_bits: Vec::new(),
+            edges: Vec::new(),
             core: CoreDraft::default(),
             buffers,
         }

@@ -25,6 +25,10 @@ pub struct BuildOptions {
     pub engine: EngineKind,
     /// Which of several points at one place is kept.
     pub duplicates: Duplicates,
+    /// What to do with segments that cross.
+    pub crossings: Crossings,
+    /// Whether regions that reach the hull without a constraint are holes, as the outside of a PSLG is for Triangle.
+    pub exterior_is_hole: bool,
     /// Whether an output that exists is replaced.
     pub force: bool,
     /// The folder that work is spilled to; without it that beside the output in which the file is completed.
@@ -92,6 +96,8 @@ impl Default for BuildOptions {
             memory: budget::default_memory(),
             engine: EngineKind::default(),
             duplicates: Duplicates::default(),
+            crossings: Crossings::default(),
+            exterior_is_hole: false,
             force: false,
             work_folder: None,
             resumable: None,
@@ -99,6 +105,18 @@ impl Default for BuildOptions {
             progress: Arc::default(),
         }
     }
+}
+
+/// What to do with segments that cross where no vertex lies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Crossings {
+    /// The build fails, and tells of the first ones.
+    #[default]
+    Error,
+    /// Their crossing points, computed exactly and rounded once, become vertices, and the segments are bent through them; again
+    /// until nothing crosses. All segments must fit in memory.
+    Split,
 }
 
 /// Which of several points at one place is kept. It does not depend on the order of arrival.

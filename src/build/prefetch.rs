@@ -17,9 +17,10 @@ use tokio::task::JoinHandle;
 use tracing::Instrument;
 
 use super::BuildError;
-use super::budget::point_bytes;
+use super::budget::{SEGMENT_BYTES, point_bytes};
 use super::point_store::PointStore;
 use super::schedule::{BlockPoints, Board};
+use super::segments::BlockSegments;
 use super::spill::{self, Block, HEADER, chunk_length, decode_chunk};
 use crate::io::{ReadAt, ThreadsFile};
 
@@ -38,14 +39,26 @@ pub(super) struct Prefetched {
     pub(super) waited: Duration,
 }
 
-/// Gives the board the blocks from `first` on. Runs that were read go away, unless the journal needs them.
+/// The blocks of a build, of which those from the first on are still to come.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Coming<'a> {
+    pub(super) blocks: &'a [Block],
+    pub(super) segments: &'a BlockSegments,
+    pub(super) first: usize,
+    pub(super) has_z: bool,
+}
+
+/// Gives the board the blocks from the first on. Runs that were read go away, unless the journal needs them.
 pub(super) async fn feed(
     board: &Board,
-    blocks: &[Block],
-    first: usize,
+    Coming {
+        blocks,
+        segments,
+        first,
+        has_z,
+    }: Coming<'_>,
     folder: &Path,
     memory: u64,
-    has_z: bool,
     has_journal: bool,
 ) -> Result<Prefetched, BuildError> {
     let permits = (memory / UNIT)
@@ -54,7 +67,8 @@ pub(super) async fn feed(
     let semaphore = Arc::new(Semaphore::new(permits as usize));
     let mut done = Prefetched::default();
     for (number, block) in blocks.iter().enumerate().skip(first) {
-        let wanted = (block.points * point_bytes(has_z)).div_ceil(UNIT).min(permits.into()) as u32;
+        let bytes = block.points * point_bytes(has_z) + segments.count(number as u32) * SEGMENT_BYTES;
+        let wanted = bytes.div_ceil(UNIT).min(permits.into()) as u32;
         let began = Instant::now();
         let permit = Arc::clone(&semaphore).acquire_many_owned(wanted).await;
         done.waited += began.elapsed();
@@ -69,6 +83,10 @@ pub(super) async fn feed(
         let is_wanted = board.add(BlockPoints {
             number: number as u32,
             store,
+            segments: segments
+                .take(number as u32)
+                .map_err(|error| BuildError::io(folder, "read segments in", error))?,
+            of_leaves: Vec::new(),
             _permit: permit.ok(),
         });
         if !is_wanted {

@@ -16,6 +16,7 @@ use tokio::sync::OwnedSemaphorePermit;
 use super::divide::Division;
 use super::node::Seam;
 use super::point_store::PointStore;
+use super::segments::Segment;
 use crate::geometry::Rect;
 use crate::store::{KdNode, KdTree, TileId};
 
@@ -24,6 +25,9 @@ use crate::store::{KdNode, KdTree, TileId};
 pub(super) struct BlockPoints {
     pub(super) number: u32,
     pub(super) store: PointStore,
+    /// Those that meet its cell; once it is divided, which of them meet that of each leaf.
+    pub(super) segments: Vec<Segment>,
+    pub(super) of_leaves: Vec<Vec<u32>>,
     /// The memory it takes, which is free for another block when this one is dropped.
     pub(super) _permit: Option<OwnedSemaphorePermit>,
 }
@@ -85,6 +89,8 @@ pub(super) struct SeamLoad {
     pub(super) bytes: u64,
     /// The most seam vertices that a merge takes in next.
     pub(super) next_vertices: u64,
+    /// The most held triangles that come with those.
+    pub(super) next_held: u64,
     /// Whether blocks take memory beside them.
     pub(super) blocks_in_memory: bool,
 }
@@ -314,13 +320,17 @@ impl Board {
         state.seam_bytes -= merged_bytes;
         self.hand_up(&mut state, node, vec![seam]);
         self.changed.notify_all();
-        let vertices = state.merges.iter().map(|task| match task {
-            Task::Merge { seams, .. } => total(seams),
-            _ => 0,
-        });
+        let merges = || {
+            state.merges.iter().map(|task| match task {
+                Task::Merge { seams, .. } => seams.as_slice(),
+                _ => &[],
+            })
+        };
+        let held = |seams: &[Seam]| seams.iter().map(|seam| seam.pending.held.len() as u64).sum();
         SeamLoad {
             bytes: state.seam_bytes,
-            next_vertices: vertices.max().unwrap_or(0) as u64,
+            next_vertices: merges().map(total).max().unwrap_or(0) as u64,
+            next_held: merges().map(held).max().unwrap_or(0),
             blocks_in_memory: state.to_come > 0 || !state.loaded.is_empty() || !state.divided.is_empty(),
         }
     }

@@ -19,10 +19,20 @@ pub struct BuildSummary {
     pub border_triangles: u64,
     /// Edges with a triangle on one side only.
     pub hull_edges: u64,
-    /// Vertices that are ends of segments, and no points that came in.
+    /// Vertices that are no points that came in, but ends of segments or sites.
     pub ends: u64,
     /// Edges that are constraints.
     pub constraint_edges: u64,
+    /// Pairs of segments that crossed and were split.
+    pub crossings: u64,
+    /// Sites.
+    pub sites: u64,
+    /// Regions: parts of the triangulation that no constraint passes through. 0 where there is no constraint.
+    pub regions: u64,
+    /// Of these, holes.
+    pub hole_regions: u64,
+    /// The triangles of holes.
+    pub hole_triangles: u64,
     /// Triangles that were final in their tile, but went up, since a segment crosses them that goes on in other tiles.
     pub held_triangles: u64,
     /// Tiles of the file.

@@ -7,6 +7,7 @@
 //! journal   those that are finished                      ┘ whose inputs can be read again
 //! run-…     points of blocks that are not finished       ┐ here, or in a folder of their own where
 //! borders   what the borders of tiles will be made of    ┘ the build was told to spill to
+//! segments  segments; it loses its name as soon as it is there
 //! ```
 
 use std::ffi::OsString;
@@ -26,6 +27,8 @@ const PLAN: &str = "plan";
 const JOURNAL: &str = "journal";
 const BORDERS: &str = "borders";
 const RUN: &str = "run-";
+/// In the folder to spill to, for a moment: see [`create_segments`].
+const SEGMENTS: &str = "segments";
 
 /// A locked work folder; it goes away with this value, unless it is kept.
 #[derive(Debug)]
@@ -194,6 +197,20 @@ impl Drop for WorkFolder {
     }
 }
 
+/// Makes a file for segments in the folder to spill to. It has no name, so that it goes away with whoever has it open.
+pub(super) fn create_segments(spill: &Path) -> io::Result<File> {
+    // Who is killed in between leaves a name that is known as ours.
+    let name = spill.join(SEGMENTS);
+    let file = File::options()
+        .read(true)
+        .write(true)
+        .create(true)
+        .truncate(true)
+        .open(&name)?;
+    fs::remove_file(&name)?;
+    Ok(file)
+}
+
 /// The folder that a file lies in.
 fn parent_of(file: &Path) -> &Path {
     let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty());
@@ -250,7 +267,7 @@ fn is_ours(path: &Path) -> io::Result<bool> {
         let is_run = name
             .strip_prefix(RUN)
             .is_some_and(|number| number.parse::<u32>().is_ok());
-        let is_known = [LOCK, TILES, PLAN, "plan.new", JOURNAL, BORDERS].contains(&name);
+        let is_known = [LOCK, TILES, PLAN, "plan.new", JOURNAL, BORDERS, SEGMENTS].contains(&name);
         if !(is_run || is_known) || !entry.file_type()?.is_file() {
             return Ok(false);
         }

@@ -92,6 +92,8 @@ impl Cavity {
         self.places.clear();
         self.places.resize(count as usize, NOWHERE);
         self.cut.clear();
+        // The same numbers for the same cavity: files must not depend on which thread has cut what before.
+        self.random = u64::from(count);
         for position in 1..last {
             self.note(position);
         }

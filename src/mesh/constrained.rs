@@ -17,26 +17,29 @@
 //!
 //! As many triangles come out as go in, so they keep their places in the arrays.
 
-use std::collections::HashMap;
-
+use super::boundary::Boundary;
 use super::cavity::Cavity;
 use super::{NONE, Triangulation, next_side, prev_side};
 use crate::geometry::{Orientation, Point, orient2d};
 
-/// The mark of a triangle that a piece crosses, in the byte of its constraints.
-const CROSSED: u8 = 1 << 3;
+/// In the byte of a triangle, the bits of its sides that are constraints stand at 0 to 2, those that are walls too at
+/// [`WALLS`] to 5, and that of a triangle that a piece crosses here.
+const CROSSED: u8 = 1 << 6;
+/// The place of the first side's wall bit.
+pub(crate) const WALLS: u32 = 3;
+/// The bits of a side that is a constraint, and of one that is a wall, both in the places of the first side.
+const CONSTRAINT: u8 = 1;
+const WALL: u8 = CONSTRAINT | 1 << WALLS;
 
 /// A triangulation with constraints.
 #[derive(Clone, Debug, Default)]
 pub struct Constrained {
     mesh: Triangulation,
-    /// For each triangle, a bit for each side that is a constraint; and [`CROSSED`], while it is being replaced.
+    /// For each triangle, the bits of its sides; and [`CROSSED`], while it is being replaced.
     fixed: Vec<u8>,
     /// A side that starts at each point.
     sides: Vec<u32>,
-    /// For each point on the boundary, the ends of the boundary edges that leave it with the triangles on their left, and
-    /// the sides of these. There is more than one where parts are missing.
-    boundary: HashMap<u32, Vec<(u32, u32)>>,
+    boundary: Boundary,
     /// Without triangles: for each point of the hull, whether the edge to the next is a constraint, and its place there.
     line: Vec<bool>,
     places: Vec<u32>,
@@ -82,8 +85,8 @@ struct Chain {
     vertices: Vec<u32>,
     /// Between each vertex and the next, the side of the crossed triangle there.
     sides: Vec<u32>,
-    /// What lies across each of these, and whether it is a constraint.
-    across: Vec<(Across, bool)>,
+    /// What lies across each of these, and the bits of the side, in the places of a first one.
+    across: Vec<(Across, u8)>,
     /// Positions whose edges the chain passes once more.
     open: Vec<u32>,
 }
@@ -124,8 +127,7 @@ impl Constrained {
         Self::with_constraints(mesh, fixed, points)
     }
 
-    /// Takes triangles of so many points, which may be parts of a triangulation, and for each a bit for each side that is a
-    /// constraint.
+    /// Takes triangles of so many points, which may be parts of a triangulation, and the bits of each one's sides.
     pub(crate) fn with_constraints(mesh: Triangulation, fixed: Vec<u8>, points: usize) -> Self {
         let mut this = Self {
             fixed,
@@ -143,10 +145,9 @@ impl Constrained {
                 this.sides[point as usize] = side;
             }
             let sides = 0..3 * mesh.triangles.len() as u32;
-            for side in sides.filter(|&side| mesh.twin(side) == NONE) {
-                let [from, to] = [side, next_side(side)].map(|side| mesh.origin(side));
-                this.boundary.entry(from).or_default().push((to, side));
-            }
+            let edges = sides.filter(|&side| mesh.twin(side) == NONE);
+            let edges = edges.map(|side| (mesh.origin(side), mesh.origin(next_side(side)), side));
+            this.boundary = Boundary::new(edges.collect(), points);
         }
         this.mesh = mesh;
         this
@@ -175,21 +176,22 @@ impl Constrained {
         edges.chain(pairs.filter(|(_, fixed)| **fixed).map(|(pair, _)| [pair[0], pair[1]]))
     }
 
-    /// A bit for each side of a triangle that is a constraint.
-    pub(crate) fn constraint_bits(&self, triangle: u32) -> u8 {
+    /// The bits of a triangle's sides: from 0 on those that are constraints, from [`WALLS`] on those that are walls.
+    pub(crate) fn side_bits(&self, triangle: u32) -> u8 {
         self.fixed[triangle as usize]
     }
 
-    /// The triangles, and for each a bit for each side that is a constraint.
+    /// The triangles, and the bits of each one's sides.
     pub(crate) fn into_parts(self) -> (Triangulation, Vec<u8>) {
         (self.mesh, self.fixed)
     }
 
-    /// Makes the edge of a side a constraint.
-    pub(crate) fn fix(&mut self, side: u32) {
+    /// Makes the edge of a side a constraint, or even a wall.
+    pub(crate) fn fix(&mut self, side: u32, is_wall: bool) {
+        let bits = if is_wall { WALL } else { CONSTRAINT };
         for side in [side, self.mesh.twin(side)] {
             if side != NONE {
-                self.fixed[(side / 3) as usize] |= 1 << (side % 3);
+                self.fixed[(side / 3) as usize] |= bits << (side % 3);
             }
         }
     }
@@ -197,10 +199,7 @@ impl Constrained {
     /// A boundary edge belongs to this side now.
     fn move_boundary(&mut self, side: u32) {
         let [from, to] = [side, next_side(side)].map(|side| self.mesh.origin(side));
-        let mut edges = self.boundary.get_mut(&from).into_iter().flatten();
-        if let Some(edge) = edges.find(|edge| edge.0 == to) {
-            edge.1 = side;
-        }
+        self.boundary.set_side(from, to, side);
     }
 
     fn set_neighbour(&mut self, side: u32, twin: u32) {
@@ -228,11 +227,11 @@ impl Inserter {
                 .map_err(|edge| Crossing { segment, edge })?;
             ends[which] = match step {
                 Step::Edge(side, vertex) => {
-                    mesh.fix(side);
+                    mesh.fix(side, false);
                     vertex
                 }
                 Step::Triangles(vertex) => {
-                    self.replace(points, mesh);
+                    self.replace(points, mesh, false);
                     vertex
                 }
                 Step::Out => unreachable!("a triangulation has no gaps between its points"),
@@ -280,20 +279,9 @@ impl Inserter {
         &mut self,
         points: &[Point],
         mesh: &Constrained,
-        [a, b]: [Point; 2],
+        line: [Point; 2],
     ) -> Result<Option<Step>, [u32; 2]> {
-        let enters = |from: u32, to: u32| {
-            let [p, q] = [from, to].map(|vertex| points[vertex as usize]);
-            orient2d(p, q, a) == Orientation::Clockwise
-                && orient2d(p, q, b) == Orientation::CounterClockwise
-                && orient2d(a, b, p) == Orientation::CounterClockwise
-                && orient2d(a, b, q) == Orientation::Clockwise
-        };
-        let mut edges = mesh
-            .boundary
-            .iter()
-            .flat_map(|(&from, edges)| edges.iter().map(move |&(to, side)| (from, to, side)));
-        let Some((from, to, side)) = edges.find(|&(from, to, _)| enters(from, to)) else {
+        let Some((from, to, side)) = mesh.boundary.entry(points, line) else {
             return Ok(None);
         };
         if mesh.is_constraint(side) {
@@ -303,7 +291,7 @@ impl Inserter {
         // Nobody asks for these after a line that comes in; they must not grow with each.
         self.left.clear();
         self.right.clear();
-        self.walk(points, mesh, side, [a, b]).map(Some)
+        self.walk(points, mesh, side, line).map(Some)
     }
 
     /// The triangles that the last step crossed.
@@ -365,8 +353,9 @@ impl Inserter {
         }
     }
 
-    /// Triangulates both sides of the piece of the last step, which went through triangles to a vertex, in place of the triangles that it crosses.
-    pub(crate) fn replace(&mut self, points: &[Point], mesh: &mut Constrained) {
+    /// Triangulates both sides of the piece of the last step, which went through triangles to a vertex, in place of the
+    /// triangles that it crosses.
+    pub(crate) fn replace(&mut self, points: &[Point], mesh: &mut Constrained, is_wall: bool) {
         for &triangle in &self.crossed {
             mesh.fixed[triangle as usize] |= CROSSED;
         }
@@ -382,7 +371,7 @@ impl Inserter {
         });
         mesh.set_neighbour(sides[0], sides[1]);
         mesh.set_neighbour(sides[1], sides[0]);
-        mesh.fix(sides[0]);
+        mesh.fix(sides[0], is_wall);
     }
 }
 
@@ -432,7 +421,8 @@ impl Chain {
                     Across::Chain(position)
                 }
             };
-            self.across.push((across, mesh.is_constraint(side)));
+            let bits = mesh.fixed[(side / 3) as usize] >> (side % 3) & WALL;
+            self.across.push((across, bits));
         }
         debug_assert!(self.open.is_empty());
     }
@@ -451,7 +441,7 @@ fn fill(mesh: &mut Constrained, chain: &Chain, places: &[u32], cavity: &Cavity) 
         }
     }
     let mut sides = cavity.sides.iter().map(|&side| global(side));
-    for (&(across, is_constraint), side) in chain.across.iter().zip(sides.by_ref()) {
+    for (&(across, bits), side) in chain.across.iter().zip(sides.by_ref()) {
         match across {
             Across::Side(other) => {
                 mesh.set_neighbour(side, other);
@@ -463,9 +453,7 @@ fn fill(mesh: &mut Constrained, chain: &Chain, places: &[u32], cavity: &Cavity) 
             }
             Across::Chain(position) => mesh.set_neighbour(side, global(cavity.sides[position as usize])),
         }
-        if is_constraint {
-            mesh.fixed[(side / 3) as usize] |= 1 << (side % 3);
-        }
+        mesh.fixed[(side / 3) as usize] |= bits << (side % 3);
     }
     sides.next().expect("one side more than edges of the chain")
 }
@@ -527,15 +515,14 @@ impl Around {
             next: mesh.sides[vertex as usize],
             fans: 0,
         };
-        if mesh.boundary.contains_key(&vertex) {
+        if mesh.boundary.has(vertex) {
             this.next_fan(mesh);
         }
         this
     }
 
     fn next_fan(&mut self, mesh: &Constrained) {
-        let fan = mesh.boundary.get(&self.vertex).and_then(|fans| fans.get(self.fans));
-        self.next = fan.map_or(NONE, |&(_, side)| side);
+        self.next = mesh.boundary.side_from(self.vertex, self.fans).unwrap_or(NONE);
         self.first = self.next;
         self.fans += 1;
     }

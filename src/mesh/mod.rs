@@ -4,6 +4,7 @@
 //! points alone; or [`Constrained`], a function of points and segments. The pipeline in [`crate::build`] runs an engine on every leaf and on every seam of the merge tree.
 //! Knows no files.
 
+mod boundary;
 mod cavity;
 mod constrained;
 mod divide_conquer;
@@ -12,8 +13,8 @@ mod engine;
 mod spade_engine;
 mod triangulation;
 
-pub(crate) use constrained::Step;
 pub use constrained::{Constrained, Crossing, Inserter};
+pub(crate) use constrained::{Step, WALLS};
 pub use engine::{Engine, EngineKind, UnknownEngine};
 pub(crate) use triangulation::smallest_first;
 pub use triangulation::{NONE, Triangulation, next_side, prev_side};

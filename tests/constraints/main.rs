@@ -4,16 +4,18 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod crossings;
+
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::mesh::{Constrained, EngineKind, Inserter, Triangulation};
-use delaunay_tiles::store::Digest;
+use delaunay_tiles::store::{Digest, EdgeSource, LineKind};
 use distributions::{Kind, LongSegments, Pslg};
 use proptest::prelude::*;
-use support::{Random, Scratch, batches, distinct, points_of, runtime};
+use support::{Random, Scratch, batches, distinct, points_of, runtime, verify_lines};
 
 type Segment = [Point; 2];
 
@@ -142,6 +144,18 @@ fn check(mut input: Input, ways: &[Way]) {
             match reader.verify(true).await {
                 Ok(report) => assert_eq!(report.constraint_edges, summary.constraint_edges),
                 Err(error) => panic!("{way}: {error}"),
+            }
+            // Each is a break line of its own.
+            let lines = input.segments.iter().zip(0..);
+            let mut lines: Vec<_> = lines
+                .map(|(&ends, number)| (ends, EdgeSource::new(LineKind::BreakLine, number)))
+                .collect();
+            match verify_lines(&reader, lines.clone()).await {
+                Ok(report) => assert_eq!(report.segments, lines.len() as u64),
+                Err(error) => panic!("{way}: {error}"),
+            }
+            if let Some(last) = lines.pop_if(|(ends, _)| ends[0] != ends[1]) {
+                assert!(verify_lines(&reader, lines).await.is_err(), "{way}: without {last:?}");
             }
             let points = distinct(&input.points).len() as u64;
             assert_eq!(summary.duplicates, input.points.len() as u64 - points, "{way}");
@@ -272,11 +286,13 @@ proptest! {
         segments in prop::collection::vec(((0u8..7, 0u8..7), (0u8..7, 0u8..7)), 1..25),
     ) {
         let place = |(x, y): (u8, u8)| Point::new(x.into(), y.into());
-        let input = Input {
+        let mut input = Input {
             name: "small grid",
             points: points.into_iter().map(place).collect(),
             segments: segments.into_iter().map(|(a, b)| [place(a), place(b)]).collect(),
         };
+        // What crosses is left out, and with it perhaps the only vertex off a line.
+        input.in_core();
         let vertices = input.vertices();
         let [first, second] = [0, 1].map(|i| vertices.get(i).copied().unwrap_or_default());
         let is_flat = vertices.iter().all(|&p| {
@@ -311,7 +327,11 @@ fn what_cannot_be_built() {
             (built, std::fs::read_dir(scratch.folder.path()).unwrap().count())
         };
         let (crossed, left) = build(&square, &[[a, c], [b, d]]).await;
-        assert!(matches!(crossed, Err(BuildError::Crossing { .. })), "{crossed:?}");
+        let Err(BuildError::Crossings { first, count: 1 }) = &crossed else {
+            panic!("{crossed:?}");
+        };
+        assert_eq!(first[0].point, Point::new(2.0, 2.0));
+        assert_eq!(first[0].lines.map(|line| line.number()), [0, 1]);
         assert_eq!(left, 0);
         let (flat, left) = build(&[], &[[a, b]]).await;
         assert!(matches!(flat, Err(BuildError::CollinearConstraints)), "{flat:?}");

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test uses its part")]
 
 pub mod flat;
+pub mod places;
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +11,9 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::io::MemoryFile;
 use delaunay_tiles::mesh::{EngineKind, Triangulation};
-use delaunay_tiles::store::{Digest, OpenOptions, ReadError, TileReader};
+use delaunay_tiles::store::{
+    Digest, EdgeSource, LineBatch, OpenOptions, ReadError, TileReader, VerifyError, VerifyReport,
+};
 use distributions::Kind;
 
 /// Points of a distribution.
@@ -93,6 +96,28 @@ pub fn reference(engine: EngineKind, points: &[Point]) -> Digest {
         digest.add_triangle(triangle.map(|v| points[v as usize]));
     }
     digest
+}
+
+/// Compares a file with lines, whose segments are turned and in another order than they were built in.
+pub async fn verify_lines(
+    reader: &TileReader,
+    mut lines: Vec<([Point; 2], EdgeSource)>,
+) -> Result<VerifyReport, VerifyError> {
+    let mut random = Random(lines.len() as u64);
+    random.shuffle(&mut lines);
+    for (ends, source) in &mut lines {
+        if random.below(2) == 0 {
+            ends.reverse();
+            *source = source.reversed();
+        }
+    }
+    let mut chunks = lines.chunks(50);
+    let next = |batch: &mut LineBatch| -> Result<bool, String> {
+        let Some(chunk) = chunks.next() else { return Ok(false) };
+        (batch.ends, batch.sources) = chunk.iter().copied().unzip();
+        Ok(true)
+    };
+    reader.verify_lines(next).await
 }
 
 /// A runtime of several threads.

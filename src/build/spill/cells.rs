@@ -6,7 +6,7 @@ use crate::store::{KdNode, KdTree};
 /// Finds cells in a k-d tree with the same steps for every point, so that a processor need not guess where they lead, and for
 /// several points at a time, so that it need not wait for one.
 #[derive(Debug)]
-pub(super) struct CellIndex {
+pub(in crate::build) struct CellIndex {
     nodes: Vec<Step>,
     depth: usize,
 }
@@ -25,7 +25,7 @@ struct Step {
 const LANES: usize = 8;
 
 impl CellIndex {
-    pub(super) fn new(tree: &KdTree) -> Self {
+    pub(in crate::build) fn new(tree: &KdTree) -> Self {
         let step = |(number, node): (u32, &KdNode)| {
             let (cut, axis, children, cell) = match *node {
                 KdNode::X { cut, right } => (cut, 0, [number + 1, right], 0),
@@ -46,7 +46,7 @@ impl CellIndex {
     }
 
     /// Appends the number of the leaf whose cell has each point.
-    pub(super) fn cells_of(&self, points: &[Point], cells: &mut Vec<u32>) {
+    pub(in crate::build) fn cells_of(&self, points: &[Point], cells: &mut Vec<u32>) {
         let (lanes, rest) = points.as_chunks::<LANES>();
         for points in lanes {
             cells.extend(self.descend(points));

@@ -25,9 +25,9 @@ use crate::store::KdTree;
 
 use super::divide::divide;
 use super::point_store::{Item, PointStore};
-use cells::CellIndex;
 use run::RunWriter;
 
+pub(super) use cells::CellIndex;
 pub(super) use plan::{Block, Plan};
 pub(super) use resplit::{Limits, check_runs, damaged, plan_blocks};
 pub(super) use run::{HEADER, Record, Run, chunk_length, decode_chunk};

@@ -34,8 +34,18 @@ pub struct MemoryArgs {
 impl MemoryArgs {
     /// Opens a tile file for a command that passes over it once or twice, and keeps to this memory.
     pub async fn open(self, path: &Path) -> anyhow::Result<TileReader> {
-        let memory = self.memory.map_or_else(default_memory, |memory| memory.as_u64());
+        self.open_beside(path, 0).await
+    }
+
+    /// Opens a tile file for a command that needs so many bytes of this memory for other things.
+    pub async fn open_beside(self, path: &Path, others: u64) -> anyhow::Result<TileReader> {
+        let memory = self.bytes().saturating_sub(others);
         Ok(TileReader::open(path, OpenOptions::default().memory(memory)).await?)
+    }
+
+    /// How many bytes it is.
+    pub fn bytes(self) -> u64 {
+        self.memory.map_or_else(default_memory, |memory| memory.as_u64())
     }
 }
 
@@ -72,6 +82,14 @@ pub fn thousands(number: u64) -> String {
 /// Bytes for people: `1.5 MiB`.
 pub fn bytes(number: u64) -> String {
     bytesize::ByteSize::b(number).display().iec().to_string()
+}
+
+/// The name of a file without its folder.
+pub fn file_name(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy()
+        .into_owned()
 }
 
 #[cfg(test)]

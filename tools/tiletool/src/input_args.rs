@@ -7,7 +7,7 @@ use delaunay_tiles::input::{Columns, Format, InputOptions, Returns};
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Input options")]
 pub struct InputArgs {
-    /// The format of all inputs, where their names do not tell: text, f64, node, geojson, las
+    /// The format of all inputs, where their names do not tell: text, f64, node, poly, geojson, las
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<Format>,
     /// Text: the columns of the coordinates, by name or by number from 1

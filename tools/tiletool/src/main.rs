@@ -1,5 +1,6 @@
 //! The command line of delaunay-tiles: one file per command.
 
+mod against;
 mod build;
 mod common;
 mod digest;
@@ -7,6 +8,7 @@ mod export;
 mod generate;
 mod input_args;
 mod inspect;
+mod lines;
 mod plot;
 mod progress;
 mod verify;

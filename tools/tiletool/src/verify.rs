@@ -5,31 +5,34 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 use delaunay_tiles::build::peak_memory;
-use delaunay_tiles::input::{PointBatch, PointSource, SegmentBatch, SegmentSource};
 use serde::Serialize;
 
+use crate::against::{Against, Compared};
 use crate::common::{self, MemoryArgs};
 use crate::input_args::InputArgs;
+use crate::lines::LineArgs;
 
-/// Check a tile file: checksums and structure; with --deep, that it is the Delaunay triangulation; with --against,
-/// that it holds every point of its input.
+/// Check a tile file: checksums and structure; with --deep, that it is the Delaunay triangulation; with --against and the
+/// lines and sites of the build, that it holds all of its input, and nothing else.
 ///
-/// The first thing that is wrong is named with its tile and triangle, and the exit code is 1. With --against, the file is
-/// read once for each part of the inputs' points that fits in three quarters of the memory, at 40 bytes a point.
+/// The first thing that is wrong is named with its tile and triangle, or file and line, and the exit code is 1. The file is
+/// read once for each part of the input that fits in three quarters of the memory, at 40 bytes a point, 48 a site and 72 a segment;
+/// the points once for each part of the segments between records that fits in an eighth, at 72 bytes.
 #[derive(Args, Clone, Debug)]
-#[command(after_help = "Example:\n  tiletool verify --deep survey.tiles --against survey.laz")]
+#[command(after_help = "Examples:
+  tiletool verify --deep survey.tiles --against survey.laz
+  tiletool verify --deep town.tiles --obstacles houses.geojson --walls fences.geojson --sites shops.csv")]
 pub struct VerifyArgs {
     /// The tile file
     file: PathBuf,
-    /// Prove the triangulation: orientation, stars, convex hull, agreement across tiles, empty circles
+    /// Prove the triangulation: orientation, stars, convex hull, agreement across tiles, empty circles, regions and holes
     #[arg(long)]
     deep: bool,
     /// Look up every point of these inputs too, read with the same options as for the build
     #[arg(long, value_name = "INPUT", num_args = 1..)]
     against: Vec<PathBuf>,
-    /// With --against: the segments of the build, whose ends are vertices too
-    #[arg(long, value_name = "FILE")]
-    segments: Vec<PathBuf>,
+    #[command(flatten)]
+    lines: LineArgs,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -50,8 +53,14 @@ struct Output {
     deep: bool,
     edges: u64,
     constraint_edges: u64,
+    regions: u64,
+    hole_regions: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     input_points: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    input_segments: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    input_sites: Option<u64>,
     peak_memory_bytes: Option<u64>,
 }
 
@@ -66,7 +75,11 @@ pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
         deep: args.deep,
         edges: 0,
         constraint_edges: 0,
+        regions: 0,
+        hole_regions: 0,
         input_points: None,
+        input_segments: None,
+        input_sites: None,
         peak_memory_bytes: None,
     };
     let done = common::block_on(check(&args, &mut output)).with_context(|| args.file.display().to_string());
@@ -98,62 +111,57 @@ pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
             ),
         };
     }
+    if output.regions > 0 {
+        text += &format!(
+            "{} regions end at constraints only; {} of them are holes, each for a reason\n",
+            thousands(output.regions),
+            thousands(output.hole_regions)
+        );
+    }
     if let Some(points) = output.input_points {
         text += &format!(
             "All {} points of the input are in it, and nothing else\n",
             thousands(points)
         );
     }
+    if let Some(segments) = output.input_segments {
+        text += &format!(
+            "All {} segments of the input are chains of edges that know their line, and no other edge is a constraint\n",
+            thousands(segments)
+        );
+    }
+    if let Some(sites) = output.input_sites.filter(|&sites| sites > 0) {
+        text += &format!("All {} sites of the input are in it, and no others\n", thousands(sites));
+    }
     common::print(&text)
 }
 
 async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
-    let reader = args.memory.open(&args.file).await?;
+    let against = Against {
+        inputs: &args.against,
+        options: args.input.options(),
+        lines: &args.lines,
+        memory: args.memory.bytes() / 8,
+    };
+    let reader = args.memory.open_beside(&args.file, against.byte_size()).await?;
     let report = reader.verify(args.deep).await?;
     output.tiles = report.tiles;
     output.vertices = report.vertices;
     output.triangles = report.triangles;
     output.edges = report.edges;
     output.constraint_edges = report.constraint_edges;
-    if !args.against.is_empty() || !args.segments.is_empty() {
-        let mut points = PointSource::open(&args.against, &args.input.options())?;
-        let mut ends = Ends {
-            segments: SegmentSource::open(&args.segments)?,
-            batch: SegmentBatch::default(),
-            first: 0,
-        };
-        let next = |batch: &mut PointBatch| -> anyhow::Result<bool> {
-            if points.next_batch(batch)? {
-                ends.first = batch.records.last().map_or(0, |last| last + 1);
-                return Ok(true);
-            }
-            ends.next_batch(batch)
-        };
-        let report = reader.verify_points(next).await?;
-        output.input_points = Some(report.vertices);
+    output.regions = report.regions;
+    output.hole_regions = report.hole_regions;
+    if against.is_empty() {
+        return Ok(());
     }
+    let Compared {
+        points,
+        segments,
+        sites,
+    } = against.compare(&reader).await?;
+    output.input_points = Some(points);
+    output.input_segments = segments;
+    output.input_sites = sites;
     Ok(())
-}
-
-/// The ends of segments that are given by these, numbered as a build does: behind all points.
-struct Ends {
-    segments: SegmentSource,
-    batch: SegmentBatch,
-    first: u64,
-}
-
-impl Ends {
-    fn next_batch(&mut self, points: &mut PointBatch) -> anyhow::Result<bool> {
-        points.clear();
-        while points.is_empty() {
-            if !self.segments.next_batch(&mut self.batch)? {
-                return Ok(false);
-            }
-            points.points.extend_from_slice(self.batch.ends.as_flattened());
-        }
-        let next = self.first + points.len() as u64;
-        points.records.extend(self.first..next);
-        self.first = next;
-        Ok(true)
-    }
 }

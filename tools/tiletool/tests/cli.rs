@@ -165,7 +165,10 @@ fn segments_become_chains_of_edges() {
     for (segments, expected) in [
         ("far.u32", "record 9, and there is no point"),
         ("short.u32", "left over"),
-        ("cross.csv", "crosses"),
+        (
+            "cross.csv",
+            "cross.csv: row 0 (counted from 0) and cross.csv: row 1 (counted from 0) at (2, 2)",
+        ),
         ("word.csv", "segment 1 (line 2)"),
         ("segments.bin", "does not tell how segments are written"),
         ("none.csv", "cannot be opened"),

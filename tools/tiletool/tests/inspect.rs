@@ -294,7 +294,13 @@ fn degenerate_files_work_with_every_option() {
         assert_eq!(json["vertices"], points.len());
         assert_eq!(json["bounds"].is_null(), points.is_empty());
         assert_eq!(json["tiles"].as_array().unwrap().len() as u64, json["tile_count"]);
-        for options in [&[][..], &["--tiles"], &["--tile", "0"]] {
+        let regions = case.json(&["--regions", "--all"]);
+        assert_eq!(regions["regions_total"]["regions"], json["region_count"]);
+        let listed = regions["regions"].as_array().unwrap();
+        assert_eq!(listed.len() as u64, json["region_count"]);
+        let triangles: u64 = listed.iter().map(|region| region["triangles"].as_u64().unwrap()).sum();
+        assert_eq!(regions["regions_total"]["triangles"], triangles);
+        for options in [&[][..], &["--tiles"], &["--tile", "0"], &["--regions"]] {
             let output = case.run(options);
             if points.is_empty() && options.contains(&"0") {
                 assert_eq!(output.status.code(), Some(1));
@@ -333,6 +339,7 @@ fn errors_say_what_is_wrong() {
     assert!(!map.exists());
     failed(case.run(&["--tils"]), 2, &["--tils"]);
     failed(case.run(&["--tile", "seven"]), 2, &["seven"]);
+    failed(case.run(&["--all"]), 2, &["--regions"]);
     failed(case.run(&["--plot", "map.pdf"]), 2, &["map.pdf", ".svg", ".png"]);
     failed(case.run(&["--plot", "map"]), 2, &[".svg", ".png"]);
     let nowhere = case.in_folder("no").join("map.svg");

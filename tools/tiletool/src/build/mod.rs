@@ -1,4 +1,6 @@
-//! `tiletool build`: from files of points to a file of tiles.
+//! `tiletool build`: from files of points and lines to a file of tiles.
+
+mod report;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -7,8 +9,8 @@ use std::thread::available_parallelism;
 
 use bytesize::ByteSize;
 use clap::Args;
-use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates, Phase};
-use delaunay_tiles::input::{PointBatch, PointSource, Returns, SegmentBatch, SegmentSource};
+use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates};
+use delaunay_tiles::input::{PointBatch, PointSource, Returns};
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::Source;
 use serde::{Deserialize, Serialize};
@@ -16,26 +18,30 @@ use tokio::sync::{Notify, mpsc};
 
 use crate::common;
 use crate::input_args::InputArgs;
+use crate::lines::{LineArgs, LineRules, Lines};
 use crate::progress::Bar;
+use report::{Output, report};
 
 /// Triangulate points and write a tile file.
 ///
-/// Points come from LAS and LAZ, text (.csv, .xyz, .txt, also .gz), raw little-endian f64 (.f64), Triangle's .node, and
-/// GeoJSON; several inputs make one set, and - is standard input. Segments come from GeoJSON (lines, rings of polygons), text
-/// (x1,y1,x2,y2), and raw pairs of record numbers (.u32, .u64); they become chains of edges. The file gets its name when
-/// it is complete.
+/// Points come from LAS and LAZ, text (.csv, .xyz, .txt, also .gz), raw little-endian f64 (.f64), Triangle's .node and .poly,
+/// and GeoJSON; several inputs make one set, and - is standard input. Lines come from GeoJSON, text (x1,y1,x2,y2), and raw
+/// pairs of record numbers (.u32, .u64); they become chains of edges, and must not cross. The segments of a .poly are walls,
+/// and its hole points make holes. The file gets its name when it is complete.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Examples:
   tiletool build survey.laz -o ground.tiles --class 2
   tiletool build survey.laz --segments breaklines.geojson -o ground.tiles
+  tiletool build --obstacles houses.geojson --walls fences.geojson --sites shops.csv -o town.tiles
   zcat points.csv.gz | tiletool build - -o points.tiles --columns lon,lat,height")]
 pub struct BuildArgs {
     /// The inputs, in order
-    #[arg(required_unless_present = "segments", value_name = "INPUT")]
+    #[arg(required_unless_present_any = ["segments", "walls", "obstacles", "sites"], value_name = "INPUT")]
     inputs: Vec<PathBuf>,
-    /// Files of segments, which become chains of edges: break lines, coast lines; may be given more than once
-    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
-    segments: Vec<PathBuf>,
+    #[command(flatten)]
+    lines: LineArgs,
+    #[command(flatten)]
+    rules: LineRules,
     /// The tile file to write
     #[arg(short, long, value_name = "FILE.tiles")]
     output: PathBuf,
@@ -57,8 +63,8 @@ pub struct BuildArgs {
     /// The folder to spill work to; by default one beside the output
     #[arg(long, value_name = "DIR")]
     tmp: Option<PathBuf>,
-    /// Go on with a build that was interrupted, from the last finished block
-    #[arg(long)]
+    /// Go on with a build that was interrupted, from the last finished block; not with lines or sites
+    #[arg(long, conflicts_with_all = ["segments", "walls", "obstacles", "sites"])]
     resume: bool,
     /// Replace the output if it exists
     #[arg(long)]
@@ -98,9 +104,17 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     let input_options = args.input.options();
     let is_filtered = !input_options.classes.is_empty() || input_options.returns != Returns::All;
     let source = PointSource::open(&args.inputs, &input_options)?;
-    let segments = SegmentSource::open(&args.segments)?;
+    let lines = args.lines.open(&args.inputs)?;
     options.resume = args.resume;
-    options.resumable = source.identity().filter(|_| args.segments.is_empty());
+    options.exterior_is_hole = args.rules.exterior_is_hole();
+    options.crossings = args.rules.crossings();
+    let has_lines = !args.lines.is_empty(&args.inputs) || options.exterior_is_hole;
+    options.resumable = source.identity().filter(|_| !has_lines);
+    if args.resume && has_lines {
+        anyhow::bail!(
+            "a build with the lines of a .poly file, or with --exterior hole, cannot be resumed; leave out --resume"
+        );
+    }
     let progress = Arc::clone(&options.progress);
     let (read, total) = (Arc::new(AtomicU64::new(0)), source.total_bytes());
     let bar = (!args.quiet && !args.json).then(|| {
@@ -117,7 +131,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
         if args.resume && builder.needs_points() && !args.quiet {
             eprintln!("note: there is no finished work to go on from; the build starts from the beginning");
         }
-        let building = build(source, segments, builder, read, is_filtered, Arc::clone(&cancelled));
+        let building = build(source, lines, builder, read, is_filtered, Arc::clone(&cancelled));
         tokio::pin!(building);
         loop {
             tokio::select! {
@@ -183,9 +197,9 @@ struct Read {
 
 /// Reads the input on a thread of its own, ahead of the builder.
 async fn build(
-    mut source: PointSource,
-    mut segments: SegmentSource,
-    mut builder: Builder,
+    source: PointSource,
+    lines: Lines,
+    builder: Builder,
     read: Arc<AtomicU64>,
     is_filtered: bool,
     cancelled: Arc<Notify>,
@@ -194,15 +208,20 @@ async fn build(
         let read = serde_json::from_str(&builder.description().memo).unwrap_or_default();
         return Ok((builder.finish().await?, read));
     }
-    let (mut builder, segments) = tokio::task::spawn_blocking(move || {
-        let mut batch = SegmentBatch::default();
-        while segments.next_batch(&mut batch)? {
-            builder.push_segments(&batch.ends)?;
-            builder.push_segments_between(&batch.records)?;
-        }
-        anyhow::Ok((builder, segments.segments()))
-    })
-    .await??;
+    let (builder, lines) = tokio::task::spawn_blocking(move || lines.feed(builder)).await??;
+    let built = build_points(source, builder, &lines, read, is_filtered, cancelled).await;
+    built.map_err(|error| lines.name_in(error))
+}
+
+/// Reads the points, once the lines are there.
+async fn build_points(
+    mut source: PointSource,
+    mut builder: Builder,
+    lines: &Lines,
+    read: Arc<AtomicU64>,
+    is_filtered: bool,
+    cancelled: Arc<Notify>,
+) -> anyhow::Result<(BuildSummary, Read)> {
     let (sender, mut batches) = mpsc::channel::<PointBatch>(BATCHES_AHEAD);
     // A filter may leave few of the points that a file announces.
     if let Some(points) = source.expected_points().filter(|_| !is_filtered) {
@@ -230,7 +249,7 @@ async fn build(
         builder.push(&batch).await?;
     }
     let source = reading.await??;
-    let has_z = source.has_z();
+    let (has_z, lines_have_z) = (source.has_z(), lines.has_z());
     let sources = source.sources().iter().map(|(name, records)| Source {
         name: name.clone(),
         records: *records,
@@ -241,203 +260,25 @@ async fn build(
         withheld: counts.withheld,
         filtered: counts.filtered,
         invalid: counts.invalid,
-        segments,
+        segments: lines.segments(),
         input_bytes: counts.bytes_read,
-        notes: source.notes().to_vec(),
+        notes: source.notes().iter().cloned().chain(lines.notes()).collect(),
     };
     builder.describe(Description {
         sources: sources.collect(),
+        lines: lines.sources(),
         crs: source.crs().map(str::to_owned),
         memo: serde_json::to_string(&read)?,
     });
     let summary = builder.finish().await?;
-    if has_z && summary.ends > 0 {
-        let ends = common::thousands(summary.ends);
+    let ends = common::thousands(summary.ends);
+    if has_z && !lines_have_z && summary.ends > 0 {
         read.notes.push(format!(
-            "{ends} ends of segments lie where no point does, and got z = 0"
+            "{ends} ends of lines and sites lie where no point does, and got z = 0"
         ));
+    } else if lines_have_z && !has_z && summary.points > 0 {
+        read.notes
+            .push("lines or sites have z and points have none: these got z = 0".to_owned());
     }
     Ok((summary, read))
-}
-
-/// The keys of `--json`, which are stable.
-#[derive(Serialize)]
-struct Output<'a> {
-    records: u64,
-    points: u64,
-    withheld: u64,
-    filtered: u64,
-    invalid: u64,
-    duplicates: u64,
-    segments: u64,
-    ends: u64,
-    vertices: u64,
-    triangles: u64,
-    border_triangles: u64,
-    hull_edges: u64,
-    constraint_edges: u64,
-    held_triangles: u64,
-    tiles: u64,
-    input_bytes: u64,
-    file_bytes: u64,
-    bytes_per_vertex: f64,
-    seconds: f64,
-    peak_memory_bytes: Option<u64>,
-    phases: Vec<PhaseOutput>,
-    levels: Vec<LevelOutput>,
-    blocks: u64,
-    resumed_blocks: u64,
-    waits: WaitsOutput,
-    notes: &'a [String],
-}
-
-#[derive(Serialize)]
-struct PhaseOutput {
-    name: &'static str,
-    seconds: f64,
-    bytes_read: u64,
-    bytes_written: u64,
-}
-
-/// Seconds, summed over the threads that waited.
-#[derive(Serialize)]
-struct WaitsOutput {
-    computing_for_blocks: f64,
-    computing_for_writing: f64,
-    blocks_for_computing: f64,
-}
-
-#[derive(Serialize)]
-struct LevelOutput {
-    level: usize,
-    nodes: u64,
-    vertices: u64,
-    settled_triangles: u64,
-    seam_vertices: u64,
-    seam_share: f64,
-}
-
-impl<'a> Output<'a> {
-    fn new(summary: &BuildSummary, read: &'a Read) -> Self {
-        let phases = summary.phases.iter().map(|phase| PhaseOutput {
-            name: phase.phase.name(),
-            seconds: phase.time.as_secs_f64(),
-            bytes_read: phase.bytes_read
-                + if phase.phase == Phase::Read && summary.resumed_blocks == 0 {
-                    read.input_bytes
-                } else {
-                    0
-                },
-            bytes_written: phase.bytes_written,
-        });
-        let levels = summary.levels.iter().zip(0..).map(|(level, number)| LevelOutput {
-            level: number,
-            nodes: level.nodes,
-            vertices: level.vertices,
-            settled_triangles: level.settled,
-            seam_vertices: level.seam_vertices,
-            seam_share: share(level.seam_vertices, summary.vertices),
-        });
-        Self {
-            records: read.records,
-            points: summary.points,
-            withheld: read.withheld,
-            filtered: read.filtered,
-            invalid: read.invalid,
-            duplicates: summary.duplicates,
-            segments: read.segments,
-            ends: summary.ends,
-            vertices: summary.vertices,
-            triangles: summary.triangles,
-            border_triangles: summary.border_triangles,
-            hull_edges: summary.hull_edges,
-            constraint_edges: summary.constraint_edges,
-            held_triangles: summary.held_triangles,
-            tiles: summary.tiles,
-            input_bytes: read.input_bytes,
-            file_bytes: summary.file_bytes,
-            bytes_per_vertex: share(summary.file_bytes, summary.vertices),
-            seconds: seconds(summary),
-            peak_memory_bytes: summary.peak_memory,
-            phases: phases.collect(),
-            levels: levels.collect(),
-            blocks: summary.blocks,
-            resumed_blocks: summary.resumed_blocks,
-            waits: WaitsOutput {
-                computing_for_blocks: summary.waits.computing_for_blocks.as_secs_f64(),
-                computing_for_writing: summary.waits.computing_for_writing.as_secs_f64(),
-                blocks_for_computing: summary.waits.blocks_for_computing.as_secs_f64(),
-            },
-            notes: &read.notes,
-        }
-    }
-}
-
-fn seconds(summary: &BuildSummary) -> f64 {
-    summary.phases.iter().map(|phase| phase.time.as_secs_f64()).sum()
-}
-
-/// A quotient that is 0 where there is nothing to divide by.
-fn share(part: u64, whole: u64) -> f64 {
-    if whole == 0 { 0.0 } else { part as f64 / whole as f64 }
-}
-
-fn report(args: &BuildArgs, summary: &BuildSummary, read: &Read) -> String {
-    let thousands = common::thousands;
-    let mut text = format!(
-        "{}: {} vertices, {} triangles, {} hull edges in {} tiles\n",
-        args.output.display(),
-        thousands(summary.vertices),
-        thousands(summary.triangles),
-        thousands(summary.hull_edges),
-        thousands(summary.tiles)
-    );
-    let mut left_out = format!("{} points", thousands(summary.points));
-    for (count, what) in [
-        (summary.duplicates, "merged with others at the same place"),
-        (read.withheld, "withheld"),
-        (read.filtered, "not of the classes or returns asked for"),
-        (read.invalid, "invalid"),
-    ] {
-        if count > 0 {
-            left_out += &format!(", {} {what}", thousands(count));
-        }
-    }
-    text += &format!("  input   {left_out}; {}\n", common::bytes(read.input_bytes));
-    if read.segments > 0 {
-        text += &format!(
-            "  lines   {} segments, {} constraint edges, {} vertices at their ends; {:.2} % of the triangles held\n",
-            thousands(read.segments),
-            thousands(summary.constraint_edges),
-            thousands(summary.ends),
-            100.0 * share(summary.held_triangles, summary.triangles)
-        );
-    }
-    text += &format!(
-        "  output  {}, {:.1} bytes per vertex\n",
-        common::bytes(summary.file_bytes),
-        share(summary.file_bytes, summary.vertices)
-    );
-    let phases = summary
-        .phases
-        .iter()
-        .map(|p| format!("{} {:.2} s", p.phase.name(), p.time.as_secs_f64()));
-    text += &format!(
-        "  time    {:.2} s: {}\n",
-        seconds(summary),
-        phases.collect::<Vec<_>>().join(", ")
-    );
-    let levels = summary
-        .levels
-        .iter()
-        .filter(|level| level.seam_vertices > 0)
-        .map(|level| format!("{:.2} %", 100.0 * share(level.seam_vertices, summary.vertices)));
-    let levels: Vec<_> = levels.collect();
-    if !levels.is_empty() {
-        text += &format!("  seams   {} of the vertices, from the leaves up\n", levels.join(", "));
-    }
-    if let Some(peak) = summary.peak_memory {
-        text += &format!("  memory  {} at the peak\n", common::bytes(peak));
-    }
-    text
 }

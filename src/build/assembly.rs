@@ -1,0 +1,473 @@
+//! From all points and segments to the file: conquest, borders, directory, and the file gets its name.
+
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::thread;
+use std::time::Instant;
+
+use futures::future;
+use parking_lot::Mutex;
+use tokio::sync::{mpsc, oneshot};
+
+use super::border_log::BorderLog;
+use super::borders::RegionTotals;
+use super::budget::{self, Load, Shares};
+use super::conquest::{Conquest, ConquestLimits};
+use super::intake::{Points, Terms};
+use super::journal::{FinishedBlocks, JournalReader, SavedPlan};
+use super::leaf::LeafRules;
+use super::options::DuplicateRule;
+use super::output::{Journal, Output};
+use super::pipeline;
+use super::point_store::PointStore;
+use super::prefetch::{self, Coming, Prefetched};
+use super::regions::HoleRules;
+use super::schedule::{BlockPoints, Board};
+use super::seeds::Seeds;
+use super::segments::{BlockSegments, SegmentSpool};
+use super::spill::{self, Block, Plan};
+use super::summary::{LevelSummary, Waits, phases};
+use super::work_folder::WorkFolder;
+use super::{BuildError, BuildOptions, BuildSummary, Description, GENERATION, TileState, peak_memory};
+use crate::geometry::{Point, Rect};
+use crate::input::SiteId;
+use crate::io::{Buffers, ThreadsFile};
+use crate::store::{Directory, Extent, KdTree, Metadata, TileEntry};
+
+/// What the caller gave, beside points and segments.
+#[derive(Debug, Default)]
+pub(super) struct Given {
+    pub(super) points: u64,
+    pub(super) has_z: bool,
+    pub(super) description: Description,
+    pub(super) has_obstacles: bool,
+    pub(super) seeds: Vec<Point>,
+    /// From this record number on points are sites.
+    pub(super) first_site: u64,
+    pub(super) site_ids: Vec<SiteId>,
+    pub(super) site_count: u64,
+    /// Pairs of segments that crossed and were split.
+    pub(super) crossings: u64,
+}
+
+/// Makes a file of what came.
+pub(super) struct Assembly {
+    options: Arc<BuildOptions>,
+    folder: Arc<WorkFolder>,
+    output: PathBuf,
+    given: Given,
+    first_end: u64,
+    /// Bytes that segments may take that no block is in work for.
+    segment_memory: u64,
+    began: Instant,
+}
+
+impl Assembly {
+    /// Of a build with so much memory in all.
+    pub(super) fn new(terms: &Terms, memory: u64, output: &Path, mut given: Given, began: Instant) -> Self {
+        given.site_count = given.site_ids.len() as u64;
+        Self {
+            segment_memory: (memory - terms.options.memory) / 2,
+            options: Arc::clone(&terms.options),
+            folder: Arc::clone(&terms.folder),
+            output: output.to_owned(),
+            first_end: terms.first_end.load(Ordering::Relaxed),
+            given,
+            began,
+        }
+    }
+
+    /// What leaves go by.
+    fn leaf_rules(&mut self, has_regions: bool) -> LeafRules {
+        LeafRules {
+            duplicates: DuplicateRule {
+                duplicates: self.options.duplicates,
+                first_end: self.first_end,
+            },
+            has_regions: has_regions || !self.given.seeds.is_empty() || self.options.exterior_is_hole,
+            has_holes: self.given.has_obstacles || !self.given.seeds.is_empty() || self.options.exterior_is_hole,
+            seeds: Seeds::new(self.given.seeds.clone()),
+            first_site: if self.given.site_count > 0 {
+                self.given.first_site
+            } else {
+                u64::MAX
+            },
+            site_ids: std::mem::take(&mut self.given.site_ids),
+        }
+    }
+
+    /// Builds the file.
+    pub(super) async fn build(
+        mut self,
+        points: Points,
+        segments: SegmentSpool,
+        is_resumed: bool,
+    ) -> Result<BuildSummary, BuildError> {
+        let (plan, store) = match points {
+            Points::Memory(store) => (
+                Plan::in_memory(store.items.len() as u64, store.attributes.has_z()),
+                Some(store),
+            ),
+            Points::Runs(plan) => (plan, None),
+        };
+        if self.options.progress.is_cancelled() {
+            return Err(BuildError::Cancelled);
+        }
+        let shares = match &store {
+            Some(store) => {
+                let of_segments = segments.len() * budget::SEGMENT_BYTES;
+                budget::shares_in_memory(&self.options, store.byte_size() + of_segments)
+            }
+            None if is_resumed => budget::resumed_shares(&self.options, &plan)?,
+            None => budget::shares(&self.options, Load::of(&plan, segments.len()))?,
+        };
+        let rules = self.leaf_rules(!segments.is_empty());
+        // What regions are made of stands in no journal, nor do segments.
+        let has_journal = store.is_none() && self.options.resumable.is_some() && !rules.has_regions;
+        let mut finished = FinishedBlocks::default();
+        if is_resumed {
+            finished = FinishedBlocks::read(&self.folder)?;
+            spill::check_runs(&plan.blocks[finished.blocks as usize..], self.folder.spill())?;
+        }
+        let unfinished = plan.blocks[finished.blocks as usize..].iter();
+        let run_bytes = unfinished.flat_map(|block| &block.runs).map(|run| run.length).sum();
+        budget::check_disk(&self.folder, plan.points - finished.points, run_bytes, plan.has_z)?;
+        if has_journal && !is_resumed {
+            let saved = SavedPlan {
+                identity: self.options.identity(),
+                description: self.given.description.clone(),
+                plan: plan.clone(),
+            };
+            let path = self.folder.plan();
+            saved
+                .save(&path)
+                .map_err(|error| BuildError::io(&path, "write", error))?;
+            self.folder.keep(true);
+        }
+        let segments = segments.distribute(&plan.tree, self.segment_memory)?;
+        let parts = Parts {
+            plan,
+            store,
+            segments,
+            rules,
+            shares,
+            finished,
+            has_journal,
+        };
+        self.build_parts(parts).await
+    }
+
+    async fn build_parts(mut self, parts: Parts) -> Result<BuildSummary, BuildError> {
+        let Parts {
+            plan,
+            store,
+            segments,
+            rules,
+            shares,
+            finished,
+            has_journal,
+        } = parts;
+        let path = self.folder.file();
+        let cannot = |error| BuildError::io(&path, "make the file", error);
+        let file = ThreadsFile::from(Arc::new(open(&path, finished.file_length).map_err(cannot)?));
+        let log_path = self.folder.borders();
+        let log_file = open(&log_path, finished.log_length);
+        let log_file = Arc::new(log_file.map_err(|error| BuildError::io(&log_path, "make the border log", error))?);
+        let log = BorderLog::new(
+            Arc::clone(&log_file),
+            finished.log_length,
+            shares.border_log,
+            self.options.tile_vertices,
+        );
+        let blocks = Arc::new(plan.blocks);
+        let journal = has_journal
+            .then(|| self.journal(&finished, log_file, &blocks))
+            .transpose()?;
+        let limits = ConquestLimits {
+            points: plan.points,
+            block_bytes: shares.blocks,
+            has_journal,
+        };
+        let merge_vertices = self.options.merge_vertices.min(shares.merge_vertices);
+        let conquest = Arc::new(Conquest {
+            board: Board::new(&plan.tree, merge_vertices, shares.threads),
+            options: (*self.options).clone(),
+            spill: self.folder.spill().to_owned(),
+            log: Mutex::new(log),
+            found: Mutex::default(),
+            limits,
+            buffers: Buffers::keeping(shares.threads.div_ceil(2)),
+            holes: HoleRules {
+                has_holes: rules.has_holes,
+                exterior: self.options.exterior_is_hole,
+            },
+            rules,
+        });
+        // Whoever drops this future stops the threads too.
+        let _stop = StopOnDrop(&conquest.board);
+        let first_tile = finished.cores.len() as u32;
+        let resumed_blocks = finished.blocks;
+        let mut output = Output::new(file, path.clone(), finished.cores, journal, resumed_blocks);
+
+        let (sender, extents) = mpsc::channel(shares.threads);
+        let (reply, computed) = oneshot::channel();
+        // The thread holds the folder's lock too: it may outlive this future.
+        let (theirs, folder) = (Arc::clone(&conquest), Arc::clone(&self.folder));
+        let compute = move || {
+            let computed = pipeline::run(&theirs, first_tile, shares.threads, &sender);
+            drop((sender, folder));
+            // If nobody waits for the answer any more, nobody needs it.
+            let _ = reply.send(computed);
+        };
+        let thread = thread::Builder::new().name("tile-build".to_owned());
+        thread
+            .spawn(compute)
+            .map_err(|error| BuildError::io(&path, "start a thread to build", error))?;
+
+        let coming = Coming {
+            blocks: &blocks,
+            segments: &segments,
+            first: resumed_blocks as usize,
+            has_z: plan.has_z,
+        };
+        let feed = async {
+            let fed = self.feed(&conquest, store, coming, shares).await;
+            fed.unwrap_or_else(|error| {
+                conquest.fail(error);
+                Prefetched::default()
+            })
+        };
+        let write = async {
+            let written = output.write_all(extents).await;
+            if written.is_err() {
+                // The channel is closed now, which stops the threads that send. The others, and the feeding, stop here.
+                conquest.board.stop();
+            }
+            written
+        };
+        let (prefetched, written) = future::join(feed, write).await;
+        let gone = || BuildError::Internal("the building thread is gone".to_owned());
+        let computed = computed.await.unwrap_or_else(|_| Err(gone()));
+        // If nothing can be written, computing stops for that reason.
+        written?;
+        let (tiles, regions, began) = computed?;
+
+        let found = std::mem::take(&mut *conquest.found.lock());
+        let trees: Vec<KdTree> = found.blocks.iter().map(|block| block.tree.clone()).collect();
+        let tree = plan.tree.with_leaves_cut(&trees);
+        let ends = found.blocks.iter().map(|block| block.ends).sum();
+        let (cores, borders) = output.extents();
+        let directory = self.directory(tree, &tiles, cores, borders, ends, regions);
+        let bytes = |extents: &[Extent]| extents.iter().map(|e| u64::from(e.length)).sum::<u64>();
+        let [log_read, log_written] = conquest.log.lock().traffic();
+        let core_bytes = bytes(&cores[first_tile as usize..]) + output.journal_bytes() + log_written;
+        let border_bytes = bytes(borders);
+        let (file_bytes, finish_bytes) = output.finish(&directory).await?;
+        if self.options.progress.is_cancelled() {
+            return Err(BuildError::Cancelled);
+        }
+        if !self.options.force && self.output.exists() {
+            return Err(BuildError::OutputExists(self.output.clone()));
+        }
+        self.folder.publish()?;
+
+        let mut levels: Vec<LevelSummary> = Vec::new();
+        for of_part in found.blocks.iter().map(|block| &block.levels).chain([&found.levels]) {
+            levels.resize_with(levels.len().max(of_part.len()), LevelSummary::default);
+            levels
+                .iter_mut()
+                .zip(of_part)
+                .for_each(|(level, part)| level.add(*part));
+        }
+        let metadata = &directory.metadata;
+        Ok(BuildSummary {
+            points: metadata.points,
+            duplicates: metadata.duplicates,
+            vertices: metadata.vertices,
+            triangles: metadata.triangles,
+            border_triangles: conquest.log.lock().triangle_count(),
+            hull_edges: metadata.hull_edges,
+            ends: metadata.ends,
+            constraint_edges: metadata.constraint_edges,
+            crossings: metadata.crossings,
+            sites: metadata.sites,
+            regions: metadata.regions,
+            hole_regions: metadata.hole_regions,
+            hole_triangles: metadata.hole_triangles,
+            held_triangles: found.blocks.iter().map(|block| block.held_triangles).sum(),
+            tiles: directory.tiles.len() as u64,
+            file_bytes,
+            blocks: blocks.len() as u64,
+            resumed_blocks: resumed_blocks.into(),
+            waits: Waits {
+                computing_for_blocks: conquest.board.starved(),
+                computing_for_writing: found.waited_to_write,
+                blocks_for_computing: prefetched.waited,
+            },
+            phases: phases(
+                self.began,
+                &began,
+                [0, plan.bytes_read, prefetched.bytes, log_read, 0],
+                [
+                    plan.bytes_written,
+                    plan.bytes_rewritten,
+                    core_bytes,
+                    border_bytes,
+                    finish_bytes,
+                ],
+            ),
+            levels,
+            peak_memory: peak_memory(),
+        })
+    }
+
+    /// Gives the board its blocks: that in memory, those that were finished before, those that must be read.
+    async fn feed(
+        &self,
+        conquest: &Arc<Conquest>,
+        store: Option<PointStore>,
+        coming: Coming<'_>,
+        shares: Shares,
+    ) -> Result<Prefetched, BuildError> {
+        if let Some(store) = store {
+            if !store.items.is_empty() {
+                conquest.board.add(BlockPoints {
+                    number: 0,
+                    store,
+                    segments: coming
+                        .segments
+                        .take(0)
+                        .map_err(|error| BuildError::io(self.folder.spill(), "read segments in", error))?,
+                    of_leaves: Vec::new(),
+                    _permit: None,
+                });
+            }
+            return Ok(Prefetched::default());
+        }
+        if coming.first > 0 {
+            let path = self.folder.journal();
+            let cannot = |error| BuildError::io(&path, "read", error);
+            let mut reader = JournalReader::open(&path).map_err(cannot)?;
+            for _ in 0..coming.first {
+                let entry = reader.next().map_err(cannot)?;
+                let (block, seam) = entry.ok_or_else(|| cannot(io::ErrorKind::InvalidData.into()))?;
+                conquest.restore(block, seam);
+            }
+        }
+        prefetch::feed(
+            &conquest.board,
+            coming,
+            self.folder.spill(),
+            shares.blocks,
+            conquest.limits.has_journal,
+        )
+        .await
+    }
+
+    fn journal(
+        &self,
+        finished: &FinishedBlocks,
+        border_log: Arc<File>,
+        blocks: &Arc<Vec<Block>>,
+    ) -> Result<Journal, BuildError> {
+        let path = self.folder.journal();
+        let file = open(&path, finished.journal_length);
+        Ok(Journal {
+            file: Arc::new(file.map_err(|error| BuildError::io(&path, "make the journal", error))?),
+            length: finished.journal_length,
+            border_log,
+            blocks: Arc::clone(blocks),
+            folder: Arc::clone(&self.folder),
+        })
+    }
+
+    /// The directory of a file whose extents are all written.
+    fn directory(
+        &mut self,
+        tree: KdTree,
+        states: &[TileState],
+        cores: &[Extent],
+        borders: &[Extent],
+        ends: u64,
+        regions: RegionTotals,
+    ) -> Directory {
+        let extents = cores.iter().zip(borders);
+        let entry = |(tile, (&core, &border)): (&TileState, (&Extent, &Extent))| TileEntry {
+            core,
+            border,
+            generation: GENERATION,
+            vertices: tile.vertices,
+            core_triangles: tile.core_triangles,
+            border_triangles: tile.border_triangles,
+            owned_triangles: tile.owned_triangles,
+            bounds: tile.bounds,
+        };
+        let tiles: Vec<TileEntry> = states.iter().zip(extents).map(entry).collect();
+        let vertices = tiles.iter().map(|t| u64::from(t.vertices)).sum();
+        let triangles = tiles.iter().map(|t| u64::from(t.owned_triangles)).sum();
+        let metadata = Metadata {
+            points: self.given.points,
+            has_z: self.given.has_z,
+            sources: self.given.description.sources.clone(),
+            crs: self.given.description.crs.clone(),
+            tile_vertices: self.options.tile_vertices as u32,
+            vertices,
+            triangles,
+            bounds: tiles.iter().fold(Rect::EMPTY, |all, t| all.union(t.bounds)),
+            duplicates: (self.given.points + ends).saturating_sub(vertices),
+            ends,
+            sites: self.given.site_count,
+            crossings: self.given.crossings,
+            lines: self.given.description.lines.clone(),
+            exterior_is_hole: self.options.exterior_is_hole,
+            seeds: std::mem::take(&mut self.given.seeds),
+            constraint_edges: states.iter().map(|state| state.constraint_edges).sum(),
+            regions: regions.regions,
+            spanning_regions: regions.spanning,
+            hole_regions: regions.hole_regions,
+            hole_triangles: regions.hole_triangles,
+            // Euler's formula for a triangulated disc.
+            hull_edges: match triangles {
+                0 => 0,
+                triangles => (2 * vertices - 2).saturating_sub(triangles),
+            },
+            ..Metadata::default()
+        };
+        Directory { metadata, tree, tiles }
+    }
+}
+
+/// Stops computing when it is dropped.
+struct StopOnDrop<'a>(&'a Board);
+
+impl Drop for StopOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.stop();
+    }
+}
+
+/// What a build is made of, once all points are there.
+struct Parts {
+    plan: Plan,
+    store: Option<PointStore>,
+    segments: BlockSegments,
+    rules: LeafRules,
+    shares: Shares,
+    finished: FinishedBlocks,
+    has_journal: bool,
+}
+
+/// Opens a file to write behind its first `length` bytes, and to read; what comes after those goes away.
+fn open(path: &Path, length: u64) -> io::Result<File> {
+    let file = File::options()
+        .read(true)
+        .write(true)
+        .create(true)
+        .truncate(false)
+        .open(path)?;
+    file.set_len(length)?;
+    Ok(file)
+}

@@ -1,0 +1,49 @@
+//! Sorting by a small number first, in linear time, and in each bucket of equal ones as usual.
+
+/// Puts items in the order of their keys, whose first part is a number below `buckets`.
+pub(super) fn bucket_sort<T: Copy, K: Ord>(
+    items: &[T],
+    buckets: usize,
+    bucket: impl Fn(&T) -> u32,
+    key: impl Fn(&T) -> K + Copy,
+) -> Vec<T> {
+    let Some(&first) = items.first() else { return Vec::new() };
+    let mut ends = vec![0u32; buckets];
+    for item in items {
+        ends[bucket(item) as usize] += 1;
+    }
+    let mut before = 0;
+    for end in &mut ends {
+        before += *end;
+        *end = before - *end;
+    }
+    let mut sorted = vec![first; items.len()];
+    for item in items {
+        let place = &mut ends[bucket(item) as usize];
+        sorted[*place as usize] = *item;
+        *place += 1;
+    }
+    let mut start = 0;
+    for end in ends {
+        sorted[start..end as usize].sort_unstable_by_key(key);
+        start = end as usize;
+    }
+    sorted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 100, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn it_is_a_sort(items in prop::collection::vec((0u32..20, 0u32..9), 0..200)) {
+            let mut expected = items.clone();
+            expected.sort_unstable();
+            prop_assert_eq!(bucket_sort(&items, 20, |item| item.0, |item| *item), expected);
+        }
+    }
+}

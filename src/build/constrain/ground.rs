@@ -1,0 +1,216 @@
+//! The triangles of a node, into which pieces go.
+
+use std::collections::HashMap;
+
+use super::lines::Lines;
+use super::{Crossed, Open, Outcome, Pending, Piece};
+use crate::build::node::SeamVertex;
+use crate::geometry::Point;
+use crate::mesh::{Constrained, Inserter, NONE, Step, Triangulation, next_side};
+use crate::store::LineKind;
+
+/// The triangles of a node.
+pub(super) struct Ground<'a> {
+    pub(super) points: &'a [Point],
+    pub(super) mesh: Constrained,
+    /// Whether each triangle is final.
+    pub(super) settled: Vec<bool>,
+    /// Whether each triangle must go up.
+    pub(super) held: Vec<bool>,
+    /// The hull of the node, counter-clockwise from each vertex to the next, unless the node is the root.
+    hull: HashMap<u32, u32>,
+    /// Whether a piece that is nowhere here is done: an edge whose triangles are all in their tiles, on the hull of the root.
+    is_whole: bool,
+}
+
+impl<'a> Ground<'a> {
+    /// Takes triangles with the bits of their sides, and the hull of the node.
+    pub(super) fn new(
+        points: &'a [Point],
+        mesh: Triangulation,
+        fixed: Vec<u8>,
+        settled: Vec<bool>,
+        is_root: bool,
+        is_whole: bool,
+    ) -> Self {
+        let next = mesh.hull.iter().cycle().skip(1);
+        let hull = mesh.hull.iter().copied().zip(next.copied());
+        Self {
+            points,
+            hull: if is_root { HashMap::new() } else { hull.collect() },
+            is_whole,
+            held: vec![false; settled.len()],
+            settled,
+            mesh: Constrained::with_constraints(mesh, fixed, points.len()),
+        }
+    }
+
+    pub(super) fn point(&self, vertex: u32) -> Point {
+        self.points[vertex as usize]
+    }
+
+    pub(super) fn crossed(&self, piece: [Point; 2], edge: [u32; 2]) -> Crossed {
+        Crossed {
+            piece,
+            edge: edge.map(|v| self.point(v)),
+        }
+    }
+
+    /// Inserts what can go in, and holds what the rest needs, which goes up.
+    pub(super) fn constrain(
+        &mut self,
+        inserter: &mut Inserter,
+        lines: Lines,
+        vertex: impl Fn(u32) -> SeamVertex,
+    ) -> Result<Outcome, Crossed> {
+        let Lines { mut pieces, open } = lines;
+        sort(&mut pieces);
+        let (mut rest, mut done) = (Vec::new(), Vec::new());
+        for along in pieces.chunk_by(|a, b| a.ends == b.ends) {
+            self.insert(inserter, along, &mut rest, &mut done)?;
+        }
+        sort(&mut rest);
+        sort(&mut done);
+        for along in rest.chunk_by(|a, b| a.ends == b.ends) {
+            let [mut at, to] = along[0].ends;
+            while at != to {
+                at = match self.hold_from(inserter, at, self.point(to))? {
+                    Some(vertex) => vertex,
+                    None => break,
+                };
+            }
+        }
+        for Open { segment, run } in &open {
+            let [a, b] = segment.ends;
+            match run {
+                Some([first, last]) => {
+                    for (&vertex, end) in [(first, a), (last, b)] {
+                        if self.point(vertex) != end {
+                            self.hold_from(inserter, vertex, end)?;
+                        }
+                    }
+                }
+                None => {
+                    let step = inserter.enter(self.points, &self.mesh, [a, b]);
+                    if step.map_err(|edge| self.crossed([a, b], edge))?.is_some() {
+                        self.hold(inserter.crossed());
+                    }
+                }
+            }
+        }
+        let pending = self.pending(rest, open, vertex);
+        Ok(Outcome { done, pending })
+    }
+
+    /// Inserts pieces that have the same ends, and notes each part of them: as done, or as the rest that cannot go in.
+    fn insert(
+        &mut self,
+        inserter: &mut Inserter,
+        along: &[Piece],
+        rest: &mut Vec<Piece>,
+        done: &mut Vec<Piece>,
+    ) -> Result<(), Crossed> {
+        let is_wall = along.iter().any(|piece| piece.source.is_wall());
+        let mut ends = along[0].ends;
+        while ends[0] != ends[1] {
+            let step = inserter.step_between(self.points, &self.mesh, ends);
+            let line = ends.map(|v| self.point(v));
+            let (which, step) = step.map_err(|edge| self.crossed(line, edge))?;
+            let (vertex, is_in) = match step {
+                Step::Edge(side, vertex) => (vertex, self.mark(side, is_wall)),
+                Step::Triangles(vertex) => {
+                    let can = inserter.crossed().iter().all(|&t| self.settled[t as usize]);
+                    if can {
+                        inserter.replace(self.points, &mut self.mesh, is_wall);
+                    }
+                    // Both sides are final, and nothing is left to mark.
+                    (vertex, can)
+                }
+                Step::Out => (ends[1 - which], self.is_whole),
+            };
+            let part = match which {
+                0 => [ends[0], vertex],
+                _ => [vertex, ends[1]],
+            };
+            let parts = along.iter().map(|piece| Piece::new(part[0], part[1], piece.source));
+            if is_in {
+                done.extend(parts);
+            } else {
+                rest.extend(parts);
+            }
+            ends[which] = vertex;
+        }
+        Ok(())
+    }
+
+    /// Marks an edge as a constraint, if it is final. Returns whether both its sides are.
+    fn mark(&mut self, side: u32, is_wall: bool) -> bool {
+        let twin = self.mesh.mesh().twin(side);
+        let sides = [side, twin].into_iter().filter(|&side| side != NONE);
+        let final_sides = sides.filter(|&side| self.settled[(side / 3) as usize]).count();
+        if final_sides > 0 {
+            self.mesh.fix(side, is_wall);
+        }
+        let [from, to] = [side, next_side(side)].map(|side| self.mesh.mesh().origin(side));
+        let on_hull = self.hull.get(&from) == Some(&to) || self.hull.get(&to) == Some(&from);
+        match twin {
+            // What was across may be in its tile already, with its mark; on the hull it is still to come.
+            NONE => final_sides == 1 && !on_hull,
+            _ => final_sides == 2,
+        }
+    }
+
+    /// Holds what a line crosses from a vertex to the next on it, which it returns.
+    fn hold_from(&mut self, inserter: &mut Inserter, from: u32, to: Point) -> Result<Option<u32>, Crossed> {
+        let step = inserter.step(self.points, &self.mesh, from, to);
+        match step.map_err(|edge| self.crossed([self.point(from), to], edge))? {
+            Step::Edge(_, vertex) => Ok(Some(vertex)),
+            Step::Triangles(vertex) => {
+                self.hold(inserter.crossed());
+                Ok(Some(vertex))
+            }
+            Step::Out => {
+                self.hold(inserter.crossed());
+                Ok(None)
+            }
+        }
+    }
+
+    fn hold(&mut self, crossed: &[u32]) {
+        for &triangle in crossed {
+            self.held[triangle as usize] = self.settled[triangle as usize];
+        }
+    }
+
+    /// What goes up.
+    fn pending(&self, pieces: Vec<Piece>, open: Vec<Open>, vertex: impl Fn(u32) -> SeamVertex) -> Pending {
+        let held = (0..).zip(&self.held).filter(|(_, held)| **held);
+        let held: Vec<u32> = held.map(|(triangle, _)| triangle).collect();
+        let corners = |triangle: u32| self.mesh.mesh().triangles[triangle as usize];
+        let mut used: Vec<u32> = held.iter().flat_map(|&triangle| corners(triangle)).collect();
+        used.extend(pieces.iter().flat_map(|piece| piece.ends));
+        used.extend(open.iter().filter_map(|open| open.run).flatten());
+        used.sort_unstable();
+        used.dedup();
+        let mut vertices: Vec<(SeamVertex, u32)> = used.into_iter().map(|v| (vertex(v), v)).collect();
+        vertices.sort_unstable_by_key(|(vertex, _)| vertex.id);
+        let mut places = vec![NONE; if vertices.is_empty() { 0 } else { self.points.len() }];
+        for (&(_, v), place) in vertices.iter().zip(0..) {
+            places[v as usize] = place;
+        }
+        let place = |v: u32| places[v as usize];
+        let held = held.iter().map(|&t| (corners(t).map(place), self.mesh.side_bits(t)));
+        Pending {
+            vertices: vertices.iter().map(|(vertex, _)| *vertex).collect(),
+            held: held.collect(),
+            pieces: pieces.into_iter().map(|piece| piece.renumbered(place)).collect(),
+            open: open.into_iter().map(|open| open.renumbered(place)).collect(),
+        }
+    }
+}
+
+/// Puts pieces in order, each once; but rings of obstacles that run twice along an edge count twice.
+fn sort(pieces: &mut Vec<Piece>) {
+    pieces.sort_unstable();
+    pieces.dedup_by(|a, b| a == b && a.source.kind() != LineKind::Obstacle);
+}

@@ -1,0 +1,76 @@
+//! Crossings in the leaves of a block, before any of them is conquered.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+use parking_lot::Mutex;
+
+use super::{Crossing, FirstCrossings, find};
+use crate::build::point_store::Item;
+use crate::build::segments::Segment;
+use crate::geometry::{Orientation, Point, Rect, orient2d};
+
+/// A leaf.
+pub(in crate::build) struct LeafLines<'a> {
+    pub(in crate::build) cell: Rect,
+    pub(in crate::build) items: &'a [Item],
+    /// Which segments of the block may meet the cell.
+    pub(in crate::build) its: &'a [u32],
+}
+
+/// Finds what crosses in any of the leaves, on so many threads.
+pub(in crate::build) fn in_leaves(segments: &[Segment], leaves: &[LeafLines<'_>], threads: usize) -> FirstCrossings {
+    let next = AtomicUsize::new(0);
+    let all = Mutex::new(FirstCrossings::default());
+    let work = || {
+        while let Some(leaf) = leaves.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let found = in_leaf(segments, leaf);
+            if found.count() > 0 {
+                all.lock().merge(&found);
+            }
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 1..threads.min(leaves.len()) {
+            scope.spawn(work);
+        }
+        work();
+    });
+    all.into_inner()
+}
+
+fn in_leaf(segments: &[Segment], leaf: &LeafLines<'_>) -> FirstCrossings {
+    let its: Vec<Segment> = leaf.its.iter().map(|&segment| segments[segment as usize]).collect();
+    let mut crossings = FirstCrossings::default();
+    let mut vertices = None;
+    let done = find(&its, leaf.cell, &mut |one, other, point| {
+        let pair = [one, other].map(|segment| its[segment as usize]);
+        // Where a vertex lies on both, they meet in it.
+        let is_on = |segment: Segment| orient2d(segment.ends[0], segment.ends[1], point) == Orientation::Collinear;
+        let is_vertex =
+            pair.into_iter().all(is_on) && vertices.get_or_insert_with(|| Places::of(leaf.items)).has(point);
+        if !is_vertex {
+            crossings.push(Crossing::new(pair.map(|segment| segment.source), point));
+        }
+        ControlFlow::Continue(())
+    });
+    debug_assert!(done.is_continue());
+    crossings
+}
+
+/// The places of points, each once.
+struct Places(Vec<Point>);
+
+impl Places {
+    fn of(items: &[Item]) -> Self {
+        let mut places: Vec<Point> = items.iter().map(|item| item.point).collect();
+        places.sort_unstable_by(|a, b| a.lex_cmp(*b));
+        places.dedup();
+        Self(places)
+    }
+
+    fn has(&self, place: Point) -> bool {
+        self.0.binary_search_by(|p| p.lex_cmp(place)).is_ok()
+    }
+}

@@ -1,0 +1,81 @@
+//! The boundary of a triangulation, or of parts of one: edges with a triangle on one side only.
+
+use std::sync::OnceLock;
+
+use super::NONE;
+use crate::geometry::{Orientation, Point, orient2d};
+
+/// Boundary edges, each with its triangle on the left.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Boundary {
+    /// From, to, and the side there, in order. A point has several where parts are missing.
+    edges: Vec<(u32, u32, u32)>,
+    /// For each point the place of its first edge, or [`NONE`]; without edges nothing.
+    first: Vec<u32>,
+    /// The ends of the edges, once somebody comes in.
+    ends: OnceLock<Vec<[Point; 2]>>,
+}
+
+impl Boundary {
+    /// Of these edges between so many points.
+    pub(super) fn new(mut edges: Vec<(u32, u32, u32)>, points: usize) -> Self {
+        edges.sort_unstable();
+        let mut first = vec![NONE; points];
+        let mut next = 0;
+        for of_point in edges.chunk_by(|a, b| a.0 == b.0) {
+            first[of_point[0].0 as usize] = next;
+            next += of_point.len() as u32;
+        }
+        Self {
+            edges,
+            first,
+            ends: OnceLock::new(),
+        }
+    }
+
+    fn first_edge(&self, point: u32) -> Option<usize> {
+        let first = self.first.get(point as usize);
+        first.filter(|&&first| first != NONE).map(|&first| first as usize)
+    }
+
+    /// Whether a point is on the boundary.
+    pub(super) fn has(&self, point: u32) -> bool {
+        self.first_edge(point).is_some()
+    }
+
+    /// The side of the edge that is the n-th of those that leave a point.
+    pub(super) fn side_from(&self, point: u32, n: usize) -> Option<u32> {
+        let edge = self.edges.get(self.first_edge(point)? + n);
+        edge.filter(|&&(from, ..)| from == point).map(|&(.., side)| side)
+    }
+
+    /// An edge belongs to this side now.
+    pub(super) fn set_side(&mut self, from: u32, to: u32, side: u32) {
+        let first = self.first_edge(from).unwrap_or(self.edges.len());
+        let mut edges = self.edges[first..].iter_mut().take_while(|edge| edge.0 == from);
+        if let Some(edge) = edges.find(|edge| edge.1 == to) {
+            edge.2 = side;
+        }
+    }
+
+    /// The edge by which the line from `a` to `b` comes in, between its ends and through none of the edge's: from, to, side.
+    pub(super) fn entry(&self, points: &[Point], [a, b]: [Point; 2]) -> Option<(u32, u32, u32)> {
+        let ends = self.ends.get_or_init(|| {
+            let edges = self.edges.iter();
+            edges
+                .map(|&(from, to, _)| [from, to].map(|point| points[point as usize]))
+                .collect()
+        });
+        let (left, right, low, high) = (a.x.min(b.x), a.x.max(b.x), a.y.min(b.y), a.y.max(b.y));
+        let enters = |[p, q]: &[Point; 2]| {
+            // Most edges are nowhere near.
+            let is_beside = p.x.max(q.x) < left || p.x.min(q.x) > right || p.y.max(q.y) < low || p.y.min(q.y) > high;
+            !is_beside
+                && orient2d(*p, *q, a) == Orientation::Clockwise
+                && orient2d(*p, *q, b) == Orientation::CounterClockwise
+                && orient2d(a, b, *p) == Orientation::CounterClockwise
+                && orient2d(a, b, *q) == Orientation::Clockwise
+        };
+        ends.iter().position(enters).map(|place| self.edges[place])
+    }
+}

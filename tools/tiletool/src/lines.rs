@@ -1,0 +1,327 @@
+//! Lines and sites from files: the same options for `build` and for `verify --against`.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use clap::{Args, ValueEnum};
+use delaunay_tiles::build::{BuildError, Builder, Crossings};
+use delaunay_tiles::geometry::Point;
+use delaunay_tiles::input::{PolySource, SegmentBatch, SegmentSource, SiteBatch, SiteSource};
+use delaunay_tiles::store::{LineKind, LineSource, VerifyError};
+
+use crate::common;
+
+/// Crossings that a build tells of.
+const TOLD: usize = 10;
+
+/// Which lines and sites there are.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Lines and sites")]
+pub struct LineArgs {
+    /// Files of break lines, which do not block the way; each of these options may be given more than once
+    #[arg(long, value_name = "FILE")]
+    segments: Vec<PathBuf>,
+    /// Files of lines that block the way
+    #[arg(long, value_name = "FILE")]
+    walls: Vec<PathBuf>,
+    /// Files of polygons (GeoJSON) whose interiors are holes; their rings block the way
+    #[arg(long, value_name = "FILE")]
+    obstacles: Vec<PathBuf>,
+    /// Files of sites: points with an id, as GeoJSON or text (x,y, and perhaps an id)
+    #[arg(long, value_name = "FILE")]
+    sites: Vec<PathBuf>,
+    /// The column or property that is a site's id; by default the third column of text, else the number of the record
+    #[arg(long, value_name = "FIELD", requires = "sites")]
+    site_id: Option<String>,
+}
+
+/// What a build does with lines.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Lines and sites")]
+pub struct LineRules {
+    /// What to do with lines that cross: error names the first ten pairs; split makes vertices of their crossing points
+    #[arg(
+        long,
+        value_name = "error|split",
+        default_value = "error",
+        hide_possible_values = true
+    )]
+    crossings: CrossingsArg,
+    /// What is outside of all lines, up to the convex hull: kept, or a hole
+    #[arg(long, value_name = "keep|hole", default_value = "keep", hide_possible_values = true)]
+    exterior: Exterior,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum CrossingsArg {
+    Error,
+    Split,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Exterior {
+    Keep,
+    Hole,
+}
+
+/// Lines of one kind.
+struct Set {
+    kind: LineKind,
+    /// The number of its first line, once it is begun.
+    first: u64,
+    source: Source,
+}
+
+enum Source {
+    Files(SegmentSource),
+    /// Of this file; its points come behind so many records.
+    Poly(PathBuf, u64, Option<PolySource>, u64),
+}
+
+/// Lines and sites, open.
+pub struct Lines {
+    sets: Vec<Set>,
+    /// How many of them were read.
+    done: usize,
+    sites: SiteSource,
+    /// Lines of all sets that were read.
+    lines: u64,
+    /// Points in holes.
+    seeds: Vec<Point>,
+}
+
+impl LineRules {
+    /// Whether regions that reach the hull are holes.
+    pub fn exterior_is_hole(&self) -> bool {
+        self.exterior == Exterior::Hole
+    }
+
+    /// What to do with lines that cross.
+    pub fn crossings(&self) -> Crossings {
+        match self.crossings {
+            CrossingsArg::Error => Crossings::Error,
+            CrossingsArg::Split => Crossings::Split,
+        }
+    }
+}
+
+impl LineArgs {
+    /// Whether there are none, and none of the inputs of points has lines too.
+    pub fn is_empty(&self, inputs: &[PathBuf]) -> bool {
+        let files = [&self.segments, &self.walls, &self.obstacles, &self.sites];
+        files.iter().all(|files| files.is_empty()) && !inputs.iter().any(|path| is_poly(path))
+    }
+
+    /// Whether some segments may be given by the record numbers of points.
+    pub fn has_pairs(&self, inputs: &[PathBuf]) -> bool {
+        let is_pairs = |path: &PathBuf| {
+            let suffix = path.extension().map(|suffix| suffix.to_ascii_lowercase());
+            suffix.is_some_and(|suffix| suffix == "u32" || suffix == "u64")
+        };
+        self.segments.iter().chain(&self.walls).any(is_pairs) || inputs.iter().any(|path| is_poly(path))
+    }
+
+    /// Opens the files, and what of the inputs of points has lines too.
+    pub fn open(&self, inputs: &[PathBuf]) -> anyhow::Result<Lines> {
+        let mut sets = Vec::new();
+        let mut add = |kind, source| {
+            sets.push(Set {
+                kind,
+                first: u64::MAX,
+                source,
+            });
+        };
+        add(LineKind::BreakLine, Source::Files(SegmentSource::open(&self.segments)?));
+        add(LineKind::Wall, Source::Files(SegmentSource::open(&self.walls)?));
+        let mut before = Some(0);
+        for path in inputs {
+            if !is_poly(path) {
+                // How many records it has is known only when it was read.
+                before = None;
+                continue;
+            }
+            let poly = PolySource::open(path)?;
+            let first = before.with_context(|| {
+                format!(
+                    "{}: give .poly files before all other inputs, since their segments count records",
+                    path.display()
+                )
+            })?;
+            before = Some(first + poly.points());
+            add(LineKind::Wall, Source::Poly(path.clone(), first, Some(poly), 0));
+        }
+        add(
+            LineKind::Obstacle,
+            Source::Files(SegmentSource::open_obstacles(&self.obstacles)?),
+        );
+        Ok(Lines {
+            sets,
+            done: 0,
+            sites: SiteSource::open(&self.sites, self.site_id.as_deref())?,
+            lines: 0,
+            seeds: Vec::new(),
+        })
+    }
+}
+
+fn is_poly(path: &Path) -> bool {
+    let name = path.to_string_lossy().to_ascii_lowercase();
+    name.ends_with(".poly") || name.ends_with(".poly.gz")
+}
+
+impl Lines {
+    /// Fills the batch with the next segments. Returns their kind, and the number of the first line of these files.
+    pub fn next_batch(&mut self, batch: &mut SegmentBatch) -> anyhow::Result<Option<(LineKind, u64)>> {
+        while let Some(set) = self.sets.get_mut(self.done) {
+            set.first = self.lines;
+            match &mut set.source {
+                Source::Files(files) => {
+                    if files.next_batch(batch)? {
+                        return Ok(Some((set.kind, set.first)));
+                    }
+                    self.lines += files.sources().iter().map(|(_, lines)| lines).sum::<u64>();
+                }
+                Source::Poly(_, records, poly, segments) => {
+                    if let Some(poly) = poly
+                        && poly.next_batch(batch)?
+                    {
+                        for ends in &mut batch.records {
+                            *ends = ends.map(|record| record + *records);
+                        }
+                        return Ok(Some((set.kind, set.first)));
+                    }
+                    if let Some(poly) = poly.take() {
+                        *segments = poly.segments();
+                        self.lines += *segments;
+                        self.seeds.extend(poly.holes()?);
+                    }
+                }
+            }
+            self.done += 1;
+        }
+        batch.clear();
+        Ok(None)
+    }
+
+    /// Fills the batch with the next sites; false if there are none left.
+    pub fn next_sites(&mut self, batch: &mut SiteBatch) -> anyhow::Result<bool> {
+        Ok(self.sites.next_batch(batch)?)
+    }
+
+    /// Points in holes, once all segments were read.
+    pub fn seeds(&self) -> &[Point] {
+        &self.seeds
+    }
+
+    /// Gives all of them to a builder.
+    pub fn feed(mut self, mut builder: Builder) -> anyhow::Result<(Builder, Self)> {
+        let mut batch = SegmentBatch::default();
+        while let Some((kind, first)) = self.next_batch(&mut batch)? {
+            builder.push_lines(kind, first, &batch)?;
+        }
+        builder.push_seeds(&self.seeds)?;
+        let mut sites = SiteBatch::default();
+        while self.next_sites(&mut sites)? {
+            builder.push_sites(&sites)?;
+        }
+        Ok((builder, self))
+    }
+
+    /// Segments that were read.
+    pub fn segments(&self) -> u64 {
+        let of_set = |set: &Set| match &set.source {
+            Source::Files(files) => files.segments(),
+            Source::Poly(.., segments) => *segments,
+        };
+        self.sets.iter().map(of_set).sum()
+    }
+
+    /// Whether any has z.
+    pub fn has_z(&self) -> bool {
+        let has_z = |set: &Set| matches!(&set.source, Source::Files(files) if files.has_z());
+        self.sets.iter().any(has_z) || self.sites.has_z()
+    }
+
+    /// The files, for the directory.
+    pub fn sources(&self) -> Vec<LineSource> {
+        let mut sources = Vec::new();
+        for set in &self.sets {
+            let mut first = set.first;
+            let mut add = |name: String, lines: u64| {
+                sources.push(LineSource {
+                    name,
+                    kind: set.kind,
+                    first,
+                    lines,
+                });
+                first += lines;
+            };
+            match &set.source {
+                Source::Files(files) => files
+                    .sources()
+                    .iter()
+                    .for_each(|(name, lines)| add(name.clone(), *lines)),
+                Source::Poly(path, _, _, segments) => add(common::file_name(path), *segments),
+            }
+        }
+        sources
+    }
+
+    /// What a person should know.
+    pub fn notes(&self) -> Vec<String> {
+        let of_set = |set: &Set| match &set.source {
+            Source::Files(files) => files.notes().to_vec(),
+            Source::Poly(..) => Vec::new(),
+        };
+        let mut notes: Vec<String> = self.sets.iter().flat_map(of_set).collect();
+        notes.extend_from_slice(self.sites.notes());
+        notes
+    }
+
+    /// Where a line comes from.
+    fn name(&self, line: u64) -> String {
+        let set = self.sets.iter().rev().find(|set| set.first <= line);
+        let name = set.and_then(|set| match &set.source {
+            Source::Files(files) => files.origin(line - set.first).map(|origin| origin.to_string()),
+            Source::Poly(path, ..) => Some(format!(
+                "{}: segment {} (counted from 0)",
+                path.display(),
+                line - set.first
+            )),
+        });
+        name.unwrap_or_else(|| format!("line {line}"))
+    }
+
+    /// Says of an error that speaks of lines by their numbers which they are.
+    pub fn name_in(&self, error: anyhow::Error) -> anyhow::Error {
+        if let Some(VerifyError::Line { line, .. }) = error.downcast_ref() {
+            let name = self.name(line.number());
+            return error.context(name);
+        }
+        match error.downcast_ref() {
+            Some(&BuildError::OpenRing { obstacle }) => error.context(self.name(obstacle)),
+            Some(BuildError::Crossings { first, count }) => {
+                let mut text = match count {
+                    1 => "two lines cross:".to_owned(),
+                    count => format!("{} pairs of segments cross:", common::thousands(*count)),
+                };
+                for crossing in first {
+                    let [one, other] = crossing.lines.map(|line| self.name(line.number()));
+                    let (x, y) = (crossing.point.x, crossing.point.y);
+                    text += &if one == other {
+                        format!("\n  {one} crosses itself at ({x}, {y})")
+                    } else {
+                        format!("\n  {one} and {other} at ({x}, {y})")
+                    };
+                }
+                // Segments that are there twice cross twice, and are told of once.
+                if first.len() == TOLD && *count > TOLD as u64 {
+                    text += "\n  and others";
+                }
+                text += "\nlet them meet in a point, leave one of each pair out, or give --crossings split";
+                anyhow::anyhow!(text)
+            }
+            _ => error,
+        }
+    }
+}
