@@ -1,9 +1,10 @@
 //! Delaunay triangulations larger than memory, kept as tiles in one file.
 //!
-//! Points go in, in any order, and segments between them if there are any; a `*.tiles` file comes out. It holds *the*
-//! (constrained) Delaunay triangulation of the set: exact, ties broken by coordinates alone, so that it is the same to the last triangle whatever the tile size, the number of threads, the
-//! order of the input or the in-core engine. The file is cut into tiles by a k-d tree, and a service reads it by byte
-//! range, through a cache.
+//! Points go in, in any order, and with them break lines, walls, obstacles and sites if there are any; a `*.tiles` file comes
+//! out. It holds *the* (constrained) Delaunay triangulation of the set: exact, ties broken by coordinates alone, so that it is
+//! the same to the last triangle whatever the tile size, the number of threads, the order of the input or the in-core engine.
+//! Each constraint edge knows the lines that it comes from, and each triangle its region, which may be a hole. The file is cut
+//! into tiles by a k-d tree, and a service reads it by byte range, through a cache.
 //!
 //! ```text
 //!   input            build                                       store                          query
@@ -68,7 +69,7 @@
 //! # Features
 //!
 //! `spade` (default): a second in-core engine. `text`, `geojson`, `las`: readers. The readers of raw f64 and of Triangle's
-//! `.node` files are always there.
+//! `.node` and `.poly` files are always there.
 
 pub mod build;
 pub mod export;

@@ -147,7 +147,10 @@ impl Assembly {
                 .map_err(|error| BuildError::io(&path, "write", error))?;
             self.folder.keep(true);
         }
-        let segments = segments.distribute(&plan.tree, self.segment_memory)?;
+        let (tree, memory) = (plan.tree.clone(), self.segment_memory);
+        let distributed = tokio::task::spawn_blocking(move || segments.distribute(&tree, memory)).await;
+        let gone = |_| BuildError::Internal("distributing segments panicked".to_owned());
+        let segments = Arc::new(distributed.map_err(gone)??);
         let parts = Parts {
             plan,
             store,
@@ -453,7 +456,7 @@ impl Drop for StopOnDrop<'_> {
 struct Parts {
     plan: Plan,
     store: Option<PointStore>,
-    segments: BlockSegments,
+    segments: Arc<BlockSegments>,
     rules: LeafRules,
     shares: Shares,
     finished: FinishedBlocks,

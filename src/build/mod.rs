@@ -3,15 +3,16 @@
 //! ```text
 //! push ─┬─▶ point_store ──────────────────────────┐ all points in memory: one block
 //!       └─▶ spill ──▶ runs ──▶ plan ──▶ prefetch ─┤ or many on disk, read one ahead of those in work
+//! push_lines ─▶ segments ─────────────────────────┤ those that meet a block go with it
 //!                                                 ▼
 //!              conquest: divide ──▶ leaf ──▶ merge ──▶ border_log ──▶ border ──▶ output ──▶ OUT
 //!                        k-d tree   cores    late      spilled        the rest   writes,
 //!                        and cells  seams    triangles by groups      of tiles   journal
 //!                                    └─ node ─┘
-//!                                    constrain, where there are segments
+//!                                    constrain and components, where there are segments; regions before borders
 //! ```
 //!
-//! [`Builder`] takes batches and starts `pipeline` on computing threads, which share a board of tasks (`schedule`). What
+//! [`Builder`] takes batches; `assembly` makes the file of them and starts `pipeline` on computing threads, which share a board of tasks (`schedule`). What
 //! they finish comes in the order of the file (`ordered`) through a channel to the task that writes (`output`).
 
 mod assembly;

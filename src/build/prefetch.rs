@@ -43,7 +43,7 @@ pub(super) struct Prefetched {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Coming<'a> {
     pub(super) blocks: &'a [Block],
-    pub(super) segments: &'a BlockSegments,
+    pub(super) segments: &'a Arc<BlockSegments>,
     pub(super) first: usize,
     pub(super) has_z: bool,
 }
@@ -80,12 +80,16 @@ pub(super) async fn feed(
             // If one stays, it goes with the folder.
             tokio::task::spawn_blocking(move || paths.iter().map(std::fs::remove_file).filter(Result::is_err).count());
         }
+        let all = Arc::clone(segments);
+        let taken = tokio::task::spawn_blocking(move || all.take(number as u32)).await;
+        let its_segments = taken
+            .map_err(io::Error::other)
+            .and_then(|taken| taken)
+            .map_err(|error| BuildError::io(folder, "read segments in", error))?;
         let is_wanted = board.add(BlockPoints {
             number: number as u32,
             store,
-            segments: segments
-                .take(number as u32)
-                .map_err(|error| BuildError::io(folder, "read segments in", error))?,
+            segments: its_segments,
             of_leaves: Vec::new(),
             _permit: permit.ok(),
         });

@@ -126,7 +126,7 @@ fn undirected(segments: &[[f64; 4]]) -> Vec<[i64; 4]> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     /// Any rings at all: their area counts as it should, and every segment of theirs is there.
     #[test]
