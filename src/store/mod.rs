@@ -32,7 +32,7 @@ pub(crate) use encode::{BorderDraft, CoreDraft, ELSEWHERE, HULL};
 pub use ids::{TileId, VertexId};
 pub use kd_tree::{KdNode, KdTree};
 pub use metadata::{LineSource, Metadata, Source};
-pub(crate) use pass::{Needs, Plan, TileInPass, Workspaces, joined, spawn};
+pub(crate) use pass::{Needs, Plan, TileInPass, Workspaces, by_tile, joined, list_for, spawn};
 pub use reader::{OpenOptions, ReadError, TileReader};
 pub use superblock::{FORMAT_VERSION, FileId};
 pub(crate) use tile::Component;

@@ -4,7 +4,7 @@
 //! slots. How many there are follows from the memory that the reader may use and from the largest tile of the file. What comes
 //! out, and in which order, does not depend on it.
 
-use std::ops::Deref;
+use std::ops::{Deref, Range};
 use std::sync::Arc;
 use std::thread::available_parallelism;
 
@@ -249,6 +249,25 @@ impl TileReader {
         });
         tasks.buffered(plan.threads).boxed()
     }
+}
+
+/// The tiles of things that are in their order, and where those of each are.
+pub(crate) fn by_tile<T>(sorted: &[T], tile: impl Fn(&T) -> u32) -> Vec<(TileId, Range<usize>)> {
+    let mut end = 0;
+    let groups = sorted.chunk_by(|a, b| tile(a) == tile(b)).map(|group| {
+        end += group.len();
+        (TileId(tile(&group[0])), end - group.len()..end)
+    });
+    groups.collect()
+}
+
+/// A list with room for so many things, whose memory the system has back as soon as the list is gone.
+///
+/// Of large allocations below 32 MiB glibc learns to keep such amounts for itself, in each of its arenas, so that what one pass
+/// gave back comes on top of what the next one takes. More room is asked for then; what is never written takes no memory.
+pub(crate) fn list_for<T>(count: usize) -> Vec<T> {
+    const LEARNT: usize = 33 << 20;
+    Vec::with_capacity(count.max(LEARNT / size_of::<T>().max(1)))
 }
 
 /// Starts what takes long on a thread for blocking work. Must be called within a tokio runtime.

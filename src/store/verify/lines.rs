@@ -31,7 +31,9 @@ use xxhash_rust::xxh3::xxh3_128;
 use super::marks::Marks;
 use super::{Fault, VerifyError, VerifyReport};
 use crate::geometry::{Orientation, Point, orient2d, turn};
-use crate::store::{EdgeSource, LineKind, Needs, Plan, ReadError, Tile, TileId, TileReader, Workspaces, spawn};
+use crate::store::{
+    EdgeSource, LineKind, Needs, Plan, ReadError, Tile, TileId, TileReader, Workspaces, by_tile, list_for, spawn,
+};
 
 /// Bytes for segments, bits and tiles, if the reader has no limit.
 const DEFAULT_MEMORY: u64 = 512 << 20;
@@ -123,24 +125,13 @@ impl TileReader {
         let crossings = self.directory().metadata.crossings;
         if crossings > 0 {
             return Err(VerifyError::Input(format!(
-                "lines crossed at {crossings} places and were split there, so that edges are beside the lines of the input: they \
-                 cannot be compared"
+                "{crossings} pairs of lines crossed and were split, so that edges lie beside the lines of the input: they cannot be \
+                 compared"
             )));
         }
-        let counts = self.count_entries().await?;
+        let counts = self.count_in_tiles(count).await?;
         let (plan, at_once) = self.plan_lines(&counts)?;
         self.verify_in_parts(next, counts, plan, at_once).await
-    }
-
-    /// The number of entries of each tile. Each constraint must have some, and nothing else.
-    pub(super) async fn count_entries(&self) -> Result<Vec<u32>, VerifyError> {
-        let mut counts = Vec::with_capacity(self.directory().tiles.len());
-        let mut tiles = self.for_each_tile(Needs::default(), |tile| (tile.id(), count(&tile)))?;
-        while let Some(counted) = tiles.next().await {
-            let (tile, count) = counted?;
-            counts.push(count.map_err(|fault| fault.of(tile))?);
-        }
-        Ok(counts)
     }
 
     /// How to pass over the tiles, and how many segments to look for at once.
@@ -235,12 +226,7 @@ impl TileReader {
             Arc::new(part)
         });
         let mut part = sorted.await?;
-        let mut end = 0;
-        let groups = part.places.chunk_by(|a, b| a.0 == b.0).map(|group| {
-            end += group.len();
-            (TileId(group[0].0), end - group.len()..end)
-        });
-        let groups: Vec<(TileId, Range<usize>)> = groups.collect();
+        let groups = by_tile(&part.places, |place| place.0);
         let (of_all, marks, workspaces) = (Arc::clone(&part), Arc::clone(marks), Arc::clone(workspaces));
         let mut tiles = self.for_some_tiles(groups, plan, move |tile, group| {
             let found = workspaces.with(|workspace| workspace.find(&tile, &of_all, group, &marks));
@@ -304,8 +290,8 @@ impl Part {
     /// For so many segments, the last of which may meet all tiles.
     fn with_room(segments: usize, tiles: usize) -> Self {
         Self {
-            segments: Vec::with_capacity(segments),
-            places: Vec::with_capacity(segments * PLACES as usize + tiles),
+            segments: list_for(segments),
+            places: list_for(segments * PLACES as usize + tiles),
         }
     }
 
@@ -399,7 +385,7 @@ fn entries(tile: &Tile) -> impl Iterator<Item = Entry> {
 }
 
 /// How many entries a tile has, copies counted.
-fn count(tile: &Tile) -> Result<u32, Fault> {
+pub(super) fn count(tile: &Tile) -> Result<u32, Fault> {
     let mut edges = 0;
     for side in tile.owned_constraints() {
         let [from, to] = tile.ends(side).map(|vertex| vertex.point);

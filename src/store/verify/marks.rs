@@ -2,7 +2,30 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::store::TileId;
+use futures::stream::StreamExt;
+
+use super::{Fault, VerifyError};
+use crate::store::{Needs, Tile, TileId, TileReader};
+
+impl TileReader {
+    /// How many things to mark there are in each tile.
+    pub(super) async fn count_in_tiles(
+        &self,
+        count: impl Fn(&Tile) -> Result<u32, Fault> + Clone + Send + 'static,
+    ) -> Result<Vec<u32>, VerifyError> {
+        let mut plan = self.plan(Needs::default())?;
+        // Reading takes longer than counting, and what tiles took the passes to come need for other things.
+        plan.tiles = plan.tiles.min(plan.threads + 1);
+        let all = self.tile_ids().into_iter().map(|id| (id, ())).collect();
+        let mut counts = Vec::with_capacity(self.directory().tiles.len());
+        let mut tiles = self.for_some_tiles(all, plan, move |tile, ()| (tile.id(), count(&tile)));
+        while let Some(counted) = tiles.next().await {
+            let (tile, count) = counted?;
+            counts.push(count.map_err(|fault| fault.of(tile))?);
+        }
+        Ok(counts)
+    }
+}
 
 /// Bits for things that tiles have, set by any thread. No two threads work on the same tile at once.
 pub(super) struct Marks {

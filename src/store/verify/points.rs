@@ -1,6 +1,5 @@
 //! The file against its input: every point is a vertex, and every vertex is the record that it says.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use futures::stream::StreamExt;
@@ -8,7 +7,7 @@ use futures::stream::StreamExt;
 use super::{VerifyError, VerifyReport};
 use crate::geometry::Point;
 use crate::input::PointBatch;
-use crate::store::{Directory, Needs, Plan, ReadError, Tile, TileId, TileReader, Workspaces, spawn};
+use crate::store::{Directory, Needs, Plan, ReadError, Tile, TileId, TileReader, Workspaces, by_tile, list_for, spawn};
 
 /// Bytes for points, bits and tiles, if the reader has no limit.
 const DEFAULT_MEMORY: u64 = 512 << 20;
@@ -53,7 +52,7 @@ impl TileReader {
         let (plan, at_once) = self.plan_points()?;
         let mut seen = Seen::new(self);
         let mut batch = PointBatch::default();
-        let mut sought = Vec::with_capacity(at_once);
+        let mut sought = list_for(at_once);
         let vertices = Arc::default();
         let mut points = 0;
         let mut end = None;
@@ -133,12 +132,7 @@ impl TileReader {
             Arc::new(sought)
         });
         let mut sought = sorted.await?;
-        let mut end = 0;
-        let groups = sought.chunk_by(|a, b| a.tile == b.tile).map(|group| {
-            end += group.len();
-            (TileId(group[0].tile), end - group.len()..end)
-        });
-        let groups: Vec<(TileId, Range<usize>)> = groups.collect();
+        let groups = by_tile(&sought, |s| s.tile);
         let (sought_by_all, vertices) = (Arc::clone(&sought), Arc::clone(vertices));
         let mut lookups = self.for_some_tiles(groups, plan, move |tile, group| {
             let found = vertices.with(|vertices| find_in_tile(&tile, &sought_by_all[group], vertices));

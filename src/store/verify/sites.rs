@@ -3,7 +3,6 @@
 //! A site is told from others by a hash of place, number and id. They are looked up in parts, like points, by the tile that
 //! must have them; each site of the file gets a bit when it is found, so of sites that are alike there are as many in both.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use futures::stream::StreamExt;
@@ -13,7 +12,7 @@ use super::marks::Marks;
 use super::{VerifyError, VerifyReport};
 use crate::geometry::Point;
 use crate::input::{SiteBatch, SiteId};
-use crate::store::{Needs, Plan, ReadError, Site, Tile, TileId, TileReader, Workspaces, spawn};
+use crate::store::{Needs, Plan, ReadError, Site, Tile, TileReader, Workspaces, by_tile, list_for, spawn};
 
 /// Bytes for sites, bits and tiles, if the reader has no limit.
 const DEFAULT_MEMORY: u64 = 512 << 20;
@@ -50,11 +49,7 @@ impl TileReader {
         &self,
         next: impl FnMut(&mut SiteBatch) -> Result<bool, E>,
     ) -> Result<VerifyReport, VerifyError> {
-        let mut counts = Vec::with_capacity(self.directory().tiles.len());
-        let mut tiles = self.for_each_tile(Needs::default(), |tile| tile.site_count())?;
-        while let Some(count) = tiles.next().await {
-            counts.push(count?);
-        }
+        let counts = self.count_in_tiles(|tile| Ok(tile.site_count())).await?;
         let (plan, at_once) = self.plan_sites(&counts)?;
         self.verify_sites_in_parts(next, counts, plan, at_once).await
     }
@@ -87,7 +82,7 @@ impl TileReader {
         let directory = self.directory();
         let marks = Arc::new(Marks::new(counts));
         let hashes = Arc::default();
-        let mut sought = Vec::with_capacity(at_once);
+        let mut sought = list_for(at_once);
         let mut batch = SiteBatch::default();
         let (mut sites, mut end) = (0, None);
         while end.is_none() {
@@ -158,12 +153,7 @@ impl TileReader {
             Arc::new(sought)
         });
         let mut sought = sorted.await?;
-        let mut end = 0;
-        let groups = sought.chunk_by(|a, b| a.tile == b.tile).map(|group| {
-            end += group.len();
-            (TileId(group[0].tile), end - group.len()..end)
-        });
-        let groups: Vec<(TileId, Range<usize>)> = groups.collect();
+        let groups = by_tile(&sought, |s| s.tile);
         let (of_all, marks, hashes) = (Arc::clone(&sought), Arc::clone(marks), Arc::clone(hashes));
         let mut tiles = self.for_some_tiles(groups, plan, move |tile, group| {
             hashes.with(|hashes| find_in_tile(&tile, &of_all[group], &marks, hashes))

@@ -83,8 +83,8 @@ impl Against<'_> {
         if metadata.crossings > 0 {
             let crossings = common::thousands(metadata.crossings);
             bail!(
-                "its lines were split at {crossings} crossings, which are vertices but no places of the input: such a file cannot \
-                 be compared with its input as yet; --deep proves it without"
+                "{crossings} pairs of its lines crossed and were split, at vertices that are not of the input: such a file cannot be \
+                 compared with its input as yet; --deep proves it without"
             );
         }
         if metadata.points > 0 && self.inputs.is_empty() {

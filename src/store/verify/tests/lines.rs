@@ -5,6 +5,7 @@ use super::model::{Model, Sourced, pair, run};
 use crate::geometry::Point;
 use crate::input::{SiteBatch, SiteId};
 use crate::store::verify::VerifyError;
+use crate::store::verify::lines::count;
 use crate::store::{EdgeSource, LineBatch, LineKind, Needs, VertexId};
 use LineKind::{BreakLine, Obstacle, Wall};
 
@@ -120,7 +121,7 @@ fn compare(model: &Model, lines: &[Sourced]) -> Result<u64, VerifyError> {
                 (batch.ends, batch.sources) = chunk.iter().copied().unzip();
                 Ok(true)
             };
-            let counts = reader.count_entries().await?;
+            let counts = reader.count_in_tiles(count).await?;
             let plan = reader.plan(Needs::default())?;
             let report = reader.verify_in_parts(next, counts, plan, at_once).await?;
             Ok(report.segments)
@@ -370,8 +371,11 @@ fn input_that_is_none() {
     assert!(text(&unequal).contains("1 segments and 0 sources"));
     let split = town.but(|m| m.directory.metadata.crossings = 3);
     let verified = run(async { split.open().await.verify_lines(|_| Ok::<_, String>(false)).await });
-    assert!(verified.unwrap_err().to_string().contains("crossed at 3 places"));
+    assert!(verified.unwrap_err().to_string().contains("3 pairs of lines crossed"));
 }
+
+/// Sites with their ids.
+type Named = Vec<(Point, SiteId)>;
 
 /// What comes of the comparison of sites, in whatever parts they are looked up.
 #[track_caller]
@@ -395,8 +399,6 @@ fn compare_sites(model: &Model, sites: &[(Point, SiteId)]) -> Result<u64, String
     all.into_iter().next().unwrap()
 }
 
-type Sites = Vec<(Point, SiteId)>;
-
 #[test]
 fn sites_that_are_missing_moved_or_too_many() {
     for town in Town::all() {
@@ -407,7 +409,7 @@ fn sites_that_are_missing_moved_or_too_many() {
         turned.reverse();
         assert_eq!(compare_sites(&town.model, &turned), Ok(5));
         for place in 0..right.len() {
-            let wrong = |change: &dyn Fn(&mut Sites)| {
+            let wrong = |change: &dyn Fn(&mut Named)| {
                 let mut sites = right.clone();
                 change(&mut sites);
                 compare_sites(&town.model, &sites).unwrap_err()
