@@ -9,7 +9,7 @@ use super::chunk_store::{Chunk, ChunkStore, damaged};
 use super::codec::{SegmentChunk, encode_segments};
 use super::{SEGMENT_BYTES, Segment};
 use crate::geometry::Rect;
-use crate::store::KdTree;
+use crate::store::{KdTree, list_for};
 
 /// The most segments of a chunk.
 const BLOCK_CHUNK: u64 = 256;
@@ -81,7 +81,8 @@ impl BlockSegments {
         if chunks.is_empty() {
             return Ok(rest);
         }
-        let mut segments = Vec::with_capacity(self.count(block) as usize);
+        // Made on one thread and given back on another: the allocator must not keep one for each.
+        let mut segments = list_for(self.count(block) as usize);
         let mut bytes = Vec::new();
         for chunk in &chunks {
             let chunk = SegmentChunk::decode(self.store.read(chunk, &mut bytes)?);
