@@ -4,6 +4,7 @@
 //! of its triangles, and of its core's components, which regions they are of.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
 use parking_lot::Mutex;
 
@@ -17,7 +18,7 @@ use super::pipeline::on_threads;
 use super::regions::{RegionFinder, Regions, TileLinks};
 use super::{BuildError, GENERATION, TileState};
 use crate::io::Buffers;
-use crate::store::TileId;
+use crate::store::{TileId, by_tile};
 
 /// The regions of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -149,31 +150,23 @@ fn take(state: &mut TileState, border: &Border) {
 /// Components of tiles that seeds lie in.
 struct Seeded {
     components: Vec<u32>,
-    /// Tiles that have some, and where these end.
-    ends: Vec<(u32, usize)>,
+    /// Tiles that have some, and where these are.
+    of_tiles: Vec<(TileId, Range<usize>)>,
 }
 
 impl Seeded {
     /// In order.
     fn of(all: &[(u32, u32)]) -> Self {
-        let mut end = 0;
-        let ends = all.chunk_by(|a, b| a.0 == b.0).map(|of_tile| {
-            end += of_tile.len();
-            (of_tile[0].0, end)
-        });
         Self {
-            ends: ends.collect(),
+            of_tiles: by_tile(all, |&(tile, _)| tile),
             components: all.iter().map(|&(_, component)| component).collect(),
         }
     }
 
     /// Those of a tile, in order.
     fn of_tile(&self, tile: TileId) -> &[u32] {
-        match self.ends.binary_search_by_key(&tile.0, |&(tile, _)| tile) {
-            Ok(place) => {
-                let start = place.checked_sub(1).map_or(0, |before| self.ends[before].1);
-                &self.components[start..self.ends[place].1]
-            }
+        match self.of_tiles.binary_search_by_key(&tile, |(tile, _)| *tile) {
+            Ok(place) => &self.components[self.of_tiles[place].1.clone()],
             Err(_) => &[],
         }
     }

@@ -72,6 +72,11 @@ mod sink;
 )]
 mod sites;
 mod source;
+#[cfg_attr(
+    not(any(feature = "text", feature = "geojson")),
+    allow(dead_code, reason = "without these formats nothing has places but points")
+)]
+mod spot;
 #[cfg(feature = "text")]
 mod text;
 

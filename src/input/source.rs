@@ -5,6 +5,7 @@
 //! that are left. A failure ends the stream.
 
 use super::bytes::{ByteInput, Counted, open_file};
+use super::files::name_of;
 use super::poly::{no_points, open_node_beside};
 use super::reader::Reader;
 use super::sample::{RandomAccess, sample};
@@ -239,10 +240,8 @@ impl PointSource {
             self.done_bytes += input.size.unwrap_or(taken);
             self.counts.bytes_read = self.done_bytes;
             self.take_crs(&*opened.reader);
-            let name = input.path.file_name().unwrap_or(input.path.as_os_str());
             let before: u64 = self.done.iter().map(|(_, records)| records).sum();
-            self.done
-                .push((name.to_string_lossy().into_owned(), self.counts.records - before));
+            self.done.push((name_of(&input.path), self.counts.records - before));
             self.notes.extend(opened.reader.notes());
             if opened.padded > 0 {
                 self.notes.push(format!(

@@ -8,6 +8,7 @@ use super::packed::{self, mark};
 use super::{Component, EdgeSource, TileId, VertexId};
 use crate::geometry::Point;
 use crate::io::Buffers;
+use crate::mesh::WALLS;
 
 /// Marks of the neighbours in a core.
 pub(crate) const NOT_IN_CORE: u64 = mark(0);
@@ -15,9 +16,6 @@ pub(crate) const NOT_IN_CORE: u64 = mark(0);
 pub(crate) const HULL: u64 = mark(0);
 /// A neighbour without a vertex in the tile.
 pub(crate) const ELSEWHERE: u64 = mark(1);
-
-/// In the byte that a draft has for a triangle's sides: the first of the three bits for walls.
-pub(crate) const WALL_BITS: u32 = 3;
 
 type PackedOffset<'b> = WIPOffset<schema::Packed<'b>>;
 type BitsOffset<'b> = WIPOffset<Vector<'b, u8>>;
@@ -36,7 +34,7 @@ pub(crate) struct CoreDraft {
     /// Sides across, or [`NONE`](crate::mesh::NONE).
     pub(crate) neighbours: Vec<[u32; 3]>,
     /// For each triangle a bit for each side that is a constraint, and from
-    /// [`WALL_BITS`] on one for each that is a wall; or nothing, if none is.
+    /// [`WALLS`] on one for each that is a wall; or nothing, if none is.
     pub(crate) constraints: Vec<u8>,
     /// For each triangle its component: connected within the core without passing a constraint; or nothing, if there is one.
     pub(crate) components: Vec<u32>,
@@ -116,7 +114,7 @@ impl CoreDraft {
         let coordinates: Vec<f64> = self.points.iter().flat_map(|p| [p.x, p.y]).collect();
         let coordinates = builder.create_vector(&coordinates);
         let constraints = side_bits(&mut builder, &self.constraints, 0);
-        let walls = side_bits(&mut builder, &self.constraints, WALL_BITS);
+        let walls = side_bits(&mut builder, &self.constraints, WALLS);
         let components = optional(&mut builder, self.components.iter().map(|&c| c.into()));
         let [edge_sides, edge_sources] = edge_sources(&mut builder, &self.edge_sources);
         let sites = (!self.sites.is_empty()).then(|| {
@@ -186,7 +184,7 @@ impl BorderDraft {
             .collect();
         let foreign = builder.create_vector(&foreign);
         let constraints = side_bits(&mut builder, &self.constraints, 0);
-        let walls = side_bits(&mut builder, &self.constraints, WALL_BITS);
+        let walls = side_bits(&mut builder, &self.constraints, WALLS);
         let components = optional(&mut builder, self.components.iter().map(|&c| c.into()));
         let [edge_sides, edge_sources] = edge_sources(&mut builder, &self.edge_sources);
         let regions = (self.regions[..] != [Component::default()] && !self.regions.is_empty()).then(|| {

@@ -26,8 +26,6 @@ pub use digest::{Digest, DigestSum};
 pub(crate) use directory::MAX_TILES;
 pub use directory::{Directory, Extent, TileEntry};
 pub use edge_source::{EdgeSource, LineKind};
-#[allow(unused_imports, reason = "the build does not set them yet")]
-pub(crate) use encode::WALL_BITS;
 pub(crate) use encode::{BorderDraft, CoreDraft, ELSEWHERE, HULL};
 pub use ids::{TileId, VertexId};
 pub use kd_tree::{KdNode, KdTree};

@@ -1,10 +1,11 @@
 //! The lines and the rings of polygons of GeoJSON.
 
 use super::Reader;
-use super::sink::{End, Sink};
+use super::sink::Sink;
 use crate::input::InputError;
 use crate::input::bytes::ByteInput;
 use crate::input::geojson::{Event, Features, Kind};
+use crate::input::spot::Spot;
 
 pub(super) struct Lines {
     features: Features,
@@ -21,7 +22,7 @@ pub(super) struct Lines {
 }
 
 struct Vertex {
-    end: End,
+    end: Spot,
     /// Whether a segment leads here from the vertex before.
     is_joined: bool,
 }
@@ -76,7 +77,7 @@ impl Reader for Lines {
                 None => return Ok(false),
                 Some(Event::LineEnd(_)) => self.in_line = false,
                 Some(Event::Position(position)) => {
-                    let end = position.coordinates().and_then(|(x, y, z)| End::new(x, y, z));
+                    let end = position.coordinates().and_then(|(x, y, z)| Spot::new(x, y, z));
                     let end = end.map_err(|found| sink.wrong_segment(self.segments, position.place(), found))?;
                     let is_joined = std::mem::replace(&mut self.in_line, true);
                     self.segments += u64::from(is_joined);

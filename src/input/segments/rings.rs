@@ -8,17 +8,18 @@
 //! still block the way, so they come, but each in both directions: no side of it is the inside.
 
 use super::Reader;
-use super::sink::{End, Sink};
+use super::sink::Sink;
 use crate::geometry::area_sign;
 use crate::input::InputError;
 use crate::input::bytes::ByteInput;
 use crate::input::geojson::{Event, Features, Kind};
+use crate::input::spot::Spot;
 use std::cmp::Ordering;
 
 pub(super) struct Rings {
     features: Features,
     /// The vertices of the ring at hand, each once. No two neighbours are equal.
-    ring: Vec<End>,
+    ring: Vec<Spot>,
     /// How the ring is handed out, if it is at its end.
     due: Option<Due>,
     /// Whether the outer ring of the polygon at hand has an area.
@@ -125,7 +126,7 @@ impl Reader for Rings {
                 Some(Event::Position(position)) => {
                     let end = match self.features.json().kind() {
                         Some(kind) if !is_polygon(kind) => Err(no_polygon(kind)),
-                        _ => position.coordinates().and_then(|(x, y, z)| End::new(x, y, z)),
+                        _ => position.coordinates().and_then(|(x, y, z)| Spot::new(x, y, z)),
                     };
                     let end = end.map_err(|found| sink.wrong_obstacle(line, position.place(), found))?;
                     if self.ring.last().is_none_or(|last| last.point != end.point) {

@@ -1,8 +1,7 @@
 //! Where the readers of segments put them: numbered, with z for all ends or for none.
 
 use super::SegmentBatch;
-use crate::geometry::Point;
-use crate::input::sink::describe;
+use crate::input::spot::Spot;
 use crate::input::{InputError, Place};
 use std::path::Path;
 
@@ -44,27 +43,6 @@ impl OddEnds {
     }
 }
 
-/// A valid end of a segment.
-#[derive(Clone, Copy)]
-pub(super) struct End {
-    pub point: Point,
-    pub z: Option<f64>,
-}
-
-impl End {
-    /// An end, or what is wrong with it.
-    pub fn new(x: f64, y: f64, z: Option<f64>) -> Result<Self, String> {
-        let point = Point::new(x, y);
-        if !point.is_valid() || z.is_some_and(|z| !z.is_finite()) {
-            return Err(describe(x, y, z));
-        }
-        Ok(Self {
-            point: point.normalized(),
-            z: z.map(|z| z + 0.0),
-        })
-    }
-}
-
 impl Sink<'_> {
     /// Whether the batch should be handed out before more is put in.
     pub fn is_full(&self) -> bool {
@@ -77,7 +55,7 @@ impl Sink<'_> {
     }
 
     /// Takes a segment of this line of the file.
-    pub fn segment(&mut self, ends: [End; 2], line: u64) {
+    pub fn segment(&mut self, ends: [Spot; 2], line: u64) {
         self.batch.ends.push(ends.map(|end| end.point));
         self.batch.lines.push(self.first_line + line);
         for end in ends {

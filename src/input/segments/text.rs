@@ -1,10 +1,11 @@
 //! Rows `x1,y1,x2,y2`.
 
 use super::Reader;
-use super::sink::{End, Sink};
+use super::sink::Sink;
 use crate::input::bytes::ByteInput;
 use crate::input::lines::{Lines, number};
 use crate::input::rows::Rows;
+use crate::input::spot::Spot;
 use crate::input::text::{find_delimiter, is_name};
 use crate::input::{InputError, Place};
 
@@ -49,7 +50,7 @@ impl Reader for Text {
 }
 
 /// The ends that a row gives, or what is wrong with it.
-fn ends(row: &Rows) -> Result<[End; 2], String> {
+fn ends(row: &Rows) -> Result<[Spot; 2], String> {
     let mut values = [0.0; 4];
     for (n, value) in values.iter_mut().enumerate() {
         let found = row.field(n).and_then(number);
@@ -57,5 +58,5 @@ fn ends(row: &Rows) -> Result<[End; 2], String> {
             found.ok_or_else(|| format!("four numbers x1,y1,x2,y2 are due, and the row is `{}`", row.excerpt()))?;
     }
     let [a, b, c, d] = values;
-    Ok([End::new(a, b, None)?, End::new(c, d, None)?])
+    Ok([Spot::new(a, b, None)?, Spot::new(c, d, None)?])
 }

@@ -1,9 +1,10 @@
 //! The points of GeoJSON as sites.
 
-use super::sink::{Sink, Spot};
+use super::sink::Sink;
 use super::{Reader, SiteId};
 use crate::input::bytes::ByteInput;
 use crate::input::geojson::{Event, Features, Kind};
+use crate::input::spot::Spot;
 use crate::input::{InputError, Place};
 
 pub(super) struct Points {

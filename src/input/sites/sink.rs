@@ -1,8 +1,7 @@
 //! Where the readers of sites put them: numbered, with z for all or for none.
 
 use super::{SiteBatch, SiteId};
-use crate::geometry::Point;
-use crate::input::sink::describe;
+use crate::input::spot::Spot;
 use crate::input::{InputError, Place};
 use std::path::Path;
 
@@ -19,27 +18,6 @@ pub(super) struct Sink<'a> {
     pub first: u64,
     /// Sites that had no z and got 0.
     pub padded: &'a mut u64,
-}
-
-/// A place for a site: valid.
-#[derive(Clone, Copy)]
-pub(super) struct Spot {
-    point: Point,
-    z: Option<f64>,
-}
-
-impl Spot {
-    /// A place, or what is wrong with it.
-    pub fn new(x: f64, y: f64, z: Option<f64>) -> Result<Self, String> {
-        let point = Point::new(x, y);
-        if !point.is_valid() || z.is_some_and(|z| !z.is_finite()) {
-            return Err(describe(x, y, z));
-        }
-        Ok(Self {
-            point: point.normalized(),
-            z: z.map(|z| z + 0.0),
-        })
-    }
 }
 
 impl Sink<'_> {

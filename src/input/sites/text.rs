@@ -1,10 +1,11 @@
 //! Rows `x,y` or `x,y,id`, or with the columns that a header names.
 
-use super::sink::{Sink, Spot};
+use super::sink::Sink;
 use super::{Reader, SiteId};
 use crate::input::bytes::ByteInput;
 use crate::input::lines::Lines;
 use crate::input::rows::Rows;
+use crate::input::spot::Spot;
 use crate::input::text::{HEADER_HINT, Layout, find_delimiter, header_layout, is_name};
 use crate::input::{InputError, Place};
 

@@ -13,7 +13,7 @@ use crate::store::directory::Directory;
 use crate::store::verify::VerifyError;
 use crate::store::{
     BorderDraft, Component, CoreDraft, ELSEWHERE, EdgeSource, HULL, OpenOptions, Tile, TileEntry, TileId, TileReader,
-    TileWriter, VertexId, WALL_BITS,
+    TileWriter, VertexId,
 };
 
 pub(super) type Named = [VertexId; 3];
@@ -271,7 +271,7 @@ impl Model {
                 let is_one = |s: &usize| set.contains(&pair(t[*s], t[(*s + 1) % 3]));
                 (0..3).filter(is_one).map(|s| 1 << s).sum()
             };
-            let both = |t: &Named| sides(t, &tile.constraints) | sides(t, &tile.walls) << WALL_BITS;
+            let both = |t: &Named| sides(t, &tile.constraints) | sides(t, &tile.walls) << crate::mesh::WALLS;
             triangles.iter().map(both).collect()
         };
         let mut edge_sources = [Vec::new(), Vec::new()];
