@@ -114,6 +114,11 @@ impl Components {
     }
 }
 
+/// The component of each triangle of a core, numbered in the order of their first triangles.
+pub(super) fn of_core(core: &CoreDraft) -> Vec<u32> {
+    joined(core).0
+}
+
 /// Numbers the components in the order of their first triangles. Returns that of each triangle, and how many there are.
 ///
 /// Neighbours stand close together in a core, so joining each triangle with those before it keeps to the processor's cache.

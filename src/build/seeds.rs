@@ -14,6 +14,11 @@ impl Seeds {
         Self(points)
     }
 
+    /// Whether there are none.
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// Those in a closed rectangle.
     pub(super) fn within(&self, rect: Rect) -> impl Iterator<Item = Point> {
         let start = self.0.partition_point(|p| p.x < rect.min_x);

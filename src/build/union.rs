@@ -14,6 +14,12 @@ impl UnionFind {
         }
     }
 
+    /// So many more sets of one number each.
+    pub(super) fn grow(&mut self, numbers: u32) {
+        let next = self.parents.len() as u32;
+        self.parents.extend(next..next + numbers);
+    }
+
     /// The number that stands for the set of another one.
     pub(super) fn find(&mut self, mut number: u32) -> u32 {
         loop {
@@ -51,6 +57,13 @@ impl WeightedUnionFind {
             above_parent: vec![0; numbers as usize],
             path: Vec::new(),
         }
+    }
+
+    /// So many more sets of one number each.
+    pub(super) fn grow(&mut self, numbers: u32) {
+        let next = self.parents.len() as u32;
+        self.parents.extend(next..next + numbers);
+        self.above_parent.resize(self.parents.len(), 0);
     }
 
     /// The number that stands for the set of another one, and by how much more the other's value is.

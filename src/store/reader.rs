@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use super::superblock::{FIRST_EXTENT, Superblock};
+use super::superblock::{FIRST_EXTENT, InForce, Superblock};
 use super::{Cache, Directory, Extent, FileId, Tile, TileEntry, TileId};
 use crate::io::{ReadAt, ThreadsFile};
 
@@ -113,7 +113,7 @@ pub struct TileReader {
 struct Inner {
     name: Arc<str>,
     source: Box<dyn ReadAt>,
-    superblock: Superblock,
+    in_force: InForce,
     directory: Directory,
     cache: Cache,
     memory: Option<u64>,
@@ -159,7 +159,8 @@ impl TileReader {
         };
         let length = source.length();
         let head = source.read_at(0..length.min(FIRST_EXTENT)).await;
-        let superblock = Superblock::choose(&head.map_err(io("the superblocks"))?).map_err(invalid)?;
+        let in_force = Superblock::choose(&head.map_err(io("the superblocks"))?).map_err(invalid)?;
+        let superblock = in_force.superblock;
         if superblock.file_length > length {
             let reason = format!("it is cut off: it has {length} bytes of {}", superblock.file_length);
             return Err(invalid(reason));
@@ -196,7 +197,7 @@ impl TileReader {
             inner: Arc::new(Inner {
                 name,
                 source: Box::new(source),
-                superblock,
+                in_force,
                 directory,
                 cache,
                 memory: options.memory,
@@ -219,25 +220,30 @@ impl TileReader {
     /// The identity of the file: a hash of all it holds.
     #[must_use]
     pub fn file_id(&self) -> FileId {
-        self.inner.superblock.file_id
+        self.inner.in_force.superblock.file_id
     }
 
     /// How often the file was changed, and once for its making.
     #[must_use]
     pub fn generation(&self) -> u64 {
-        self.inner.superblock.generation
+        self.inner.in_force.superblock.generation
     }
 
     /// Bytes of the file.
     #[must_use]
     pub fn file_length(&self) -> u64 {
-        self.inner.superblock.file_length
+        self.inner.in_force.superblock.file_length
     }
 
     /// The name of the I/O backend.
     #[must_use]
     pub fn backend(&self) -> &'static str {
         self.inner.source.backend()
+    }
+
+    /// The superblock in force, when the file was opened.
+    pub(crate) fn in_force(&self) -> &InForce {
+        &self.inner.in_force
     }
 
     /// The cache in use.
@@ -265,7 +271,7 @@ impl TileReader {
     ) -> impl Future<Output = Result<Arc<Tile>, ReadError>> + Send + 'static + use<> {
         let inner = Arc::clone(&self.inner);
         let load = tokio::spawn(async move {
-            if let Some(tile) = inner.cache.peek((inner.superblock.file_id, id)) {
+            if let Some(tile) = inner.cache.peek((inner.in_force.superblock.file_id, id)) {
                 return Ok(tile);
             }
             let entry = *inner.entry(id)?;

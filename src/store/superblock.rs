@@ -113,13 +113,29 @@ impl Superblock {
     }
 
     /// The superblock in force, from the first 8192 bytes of a file.
-    pub(crate) fn choose(head: &[u8]) -> Result<Self, String> {
+    pub(crate) fn choose(head: &[u8]) -> Result<InForce, String> {
         let (a, b) = head.split_at(head.len().min(BLOCK as usize));
-        match (Self::decode(a), Self::decode(b)) {
-            (Ok(a), Ok(b)) => Ok(if b.generation > a.generation { b } else { a }),
-            (Ok(one), Err(_)) | (Err(_), Ok(one)) => Ok(one),
-            (Err(reason), Err(_)) => Err(reason),
-        }
+        let (superblock, is_second) = match (Self::decode(a), Self::decode(b)) {
+            (Ok(a), Ok(b)) if b.generation > a.generation => (b, true),
+            (Ok(a), _) => (a, false),
+            (Err(_), Ok(b)) => (b, true),
+            (Err(reason), Err(_)) => return Err(reason),
+        };
+        Ok(InForce { superblock, is_second })
+    }
+}
+
+/// The superblock that is in force, and which of the two that is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct InForce {
+    pub(crate) superblock: Superblock,
+    is_second: bool,
+}
+
+impl InForce {
+    /// Where the next one goes: over the other.
+    pub(crate) fn other_place(&self) -> u64 {
+        if self.is_second { 0 } else { BLOCK }
     }
 }
 
@@ -142,11 +158,13 @@ mod tests {
     #[test]
     fn the_higher_valid_generation_wins() {
         let head = |a: &Superblock, b: &Superblock| [a.encode(), b.encode()].concat();
-        assert_eq!(Superblock::choose(&head(&block(1), &block(2))).unwrap(), block(2));
-        assert_eq!(Superblock::choose(&head(&block(3), &block(2))).unwrap(), block(3));
+        let chosen = |head: &[u8]| Superblock::choose(head).map(|found| (found.superblock, found.other_place()));
+        assert_eq!(chosen(&head(&block(1), &block(2))), Ok((block(2), 0)));
+        assert_eq!(chosen(&head(&block(3), &block(2))), Ok((block(3), 4096)));
+        assert_eq!(chosen(&head(&block(2), &block(2))), Ok((block(2), 4096)));
         let mut torn = head(&block(1), &block(2));
         torn[5000] ^= 1;
-        assert_eq!(Superblock::choose(&torn).unwrap(), block(1));
+        assert_eq!(chosen(&torn), Ok((block(1), 4096)));
         torn[50] ^= 1;
         assert!(Superblock::choose(&torn).is_err());
     }

@@ -6,7 +6,7 @@ use bytes::{Bytes, BytesMut};
 
 use super::Directory;
 use super::directory::{Extent, MAX_DIRECTORY};
-use super::superblock::{BLOCK, FIRST_EXTENT, FileId, MAX_FLATBUFFER, Superblock};
+use super::superblock::{BLOCK, FIRST_EXTENT, FileId, InForce, MAX_FLATBUFFER, Superblock};
 use crate::io::WriteAt;
 
 /// Bytes gathered before they are written.
@@ -95,6 +95,29 @@ impl<W: WriteAt> TileWriter<W> {
     ///
     /// Returns the length of the file.
     pub(crate) async fn finish(mut self, directory: &Directory) -> io::Result<u64> {
+        let superblock = self.write_directory(directory, 1).await?;
+        let block = superblock.encode();
+        self.file.write_at(0, [&block[..], &block[..]].concat().into()).await?;
+        self.file.sync().await?;
+        Ok(superblock.file_length)
+    }
+
+    /// Makes a file with this superblock in force what the directory says, in place of that: readers see the one or the other.
+    ///
+    /// Returns the length of the file.
+    pub(crate) async fn replace(mut self, directory: &Directory, before: &InForce) -> io::Result<u64> {
+        let superblock = self
+            .write_directory(directory, before.superblock.generation + 1)
+            .await?;
+        self.file
+            .write_at(before.other_place(), superblock.encode().into())
+            .await?;
+        self.file.sync().await?;
+        Ok(superblock.file_length)
+    }
+
+    /// Writes the directory and waits until all is on the medium. Returns the superblock that is to say so.
+    async fn write_directory(&mut self, directory: &Directory, generation: u64) -> io::Result<Superblock> {
         let (bytes, root_length, root_crc) = directory.encode();
         if u64::from(root_length) > MAX_FLATBUFFER || bytes.len() as u64 > MAX_DIRECTORY {
             let message = "the directory is larger than the format allows; use larger tiles";
@@ -106,18 +129,14 @@ impl<W: WriteAt> TileWriter<W> {
         self.pending.extend_from_slice(&bytes);
         self.flush().await?;
         self.file.sync().await?;
-        let superblock = Superblock {
+        Ok(Superblock {
             file_id: FileId::of(&bytes),
-            generation: 1,
+            generation,
             file_length: self.written,
             directory_offset,
             directory_length: bytes.len() as u64,
             root_length,
             root_crc,
-        };
-        let block = superblock.encode();
-        self.file.write_at(0, [&block[..], &block[..]].concat().into()).await?;
-        self.file.sync().await?;
-        Ok(self.written)
+        })
     }
 }

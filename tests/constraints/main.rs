@@ -9,8 +9,9 @@ mod crossings;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder};
+use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, Editor};
 use delaunay_tiles::geometry::Point;
+use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::mesh::{Constrained, EngineKind, Inserter, Triangulation};
 use delaunay_tiles::store::{Digest, EdgeSource, LineKind};
 use distributions::{Kind, LongSegments, Pslg};
@@ -97,6 +98,50 @@ impl Input {
     }
 }
 
+impl Input {
+    /// Builds with some segments, and with the ends of all as points; the others come when the file is there.
+    async fn check_edited(&self, tile_vertices: usize, expected: Digest, way: &str) {
+        for built in [0, self.segments.len() / 3] {
+            let (first, later) = self.segments.split_at(built);
+            let ends = later.as_flattened();
+            let scratch = Scratch::new();
+            let start = Input {
+                name: self.name,
+                points: self.points.iter().chain(ends).copied().collect(),
+                segments: first.to_vec(),
+            };
+            let options = BuildOptions {
+                tile_vertices,
+                memory: ENOUGH,
+                ..BuildOptions::default()
+            };
+            if start.build(&scratch, options).await.unwrap().triangles == 0 {
+                continue;
+            }
+            // So little that tiles have to go and come.
+            let memory = (512 << 10) + 400 * later.len() as u64;
+            let mut editor = Editor::open(&scratch.path, memory).await.unwrap();
+            let batch = SegmentBatch {
+                lines: (built as u64..).take(later.len()).collect(),
+                ends: later.to_vec(),
+                ..SegmentBatch::default()
+            };
+            editor.push(LineKind::BreakLine, 0, &batch).unwrap();
+            let summary = editor
+                .finish()
+                .await
+                .unwrap_or_else(|error| panic!("{way}, edited: {error}"));
+            let reader = scratch.open().await;
+            assert_eq!(reader.digest().await.unwrap(), expected, "{way}, edited");
+            assert_eq!(reader.generation(), 2);
+            match reader.verify(true).await {
+                Ok(report) => assert_eq!(report.constraint_edges, summary.constraint_edges),
+                Err(error) => panic!("{way}, edited: {error}"),
+            }
+        }
+    }
+}
+
 /// (tile vertices, merge vertices, threads, memory)
 type Way = (usize, usize, usize, u64);
 
@@ -160,6 +205,9 @@ fn check(mut input: Input, ways: &[Way]) {
             let points = distinct(&input.points).len() as u64;
             assert_eq!(summary.duplicates, input.points.len() as u64 - points, "{way}");
             assert_eq!(summary.ends, summary.vertices - points, "{way}");
+            if merge_vertices == 1 << 16 && tile_vertices <= 64 {
+                input.check_edited(tile_vertices, expected, &way).await;
+            }
         }
     });
 }

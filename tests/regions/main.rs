@@ -9,7 +9,7 @@ mod reference;
 
 use std::collections::HashMap;
 
-use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder};
+use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, Editor};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::{EdgeSource, LineKind, TileReader, VerifyError};
@@ -101,6 +101,47 @@ impl Input {
         builder.finish().await
     }
 
+    /// Builds a file with the first lines, of which there are so many, and all vertices; the others come when it is there. None:
+    /// it has no triangles, or there are no other lines.
+    async fn build_and_edit(
+        &self,
+        built: usize,
+        tile_vertices: usize,
+        memory: u64,
+    ) -> Option<(Scratch, delaunay_tiles::build::EditSummary)> {
+        let corners = self.lines.iter().flat_map(|line| &line.corners);
+        let first = Self {
+            points: self.points.iter().chain(corners).copied().collect(),
+            lines: self.lines[..built].to_vec(),
+            ..self.clone()
+        };
+        let options = BuildOptions {
+            tile_vertices,
+            memory,
+            ..BuildOptions::default()
+        };
+        let scratch = Scratch::new();
+        let summary = first.build(&scratch, options).await.unwrap();
+        if summary.triangles == 0 || built == self.lines.len() {
+            return None;
+        }
+        let segments: usize = self.lines.iter().map(|line| line.segments().count()).sum();
+        // So little that tiles have to go and come.
+        let memory = (256 << 10) + 400 * segments as u64;
+        let mut editor = Editor::open(&scratch.path, memory).await.unwrap();
+        for (line, number) in self.lines.iter().zip(0..).skip(built) {
+            let ends: Vec<[Point; 2]> = line.segments().collect();
+            let batch = SegmentBatch {
+                lines: vec![0; ends.len()],
+                ends,
+                ..SegmentBatch::default()
+            };
+            editor.push(line.kind, number, &batch).unwrap();
+        }
+        let summary = editor.finish().await.unwrap();
+        Some((scratch, summary))
+    }
+
     /// Compares a file with lines and sites.
     async fn compare(&self, reader: &TileReader) -> Result<(), VerifyError> {
         let numbered = self.lines.iter().zip(0..);
@@ -146,7 +187,8 @@ fn check(input: &Input, ways: &[Way]) {
             };
             let summary = input.build(&scratch, options).await.unwrap();
             let reader = scratch.open().await;
-            compare(&expected, &reader, &summary).await;
+            let counts = [summary.regions, summary.hole_regions, summary.hole_triangles];
+            compare(&expected, &reader, counts).await;
             if let Err(error) = reader.verify(true).await {
                 panic!("tiles of {tile_vertices}: {error}");
             }
@@ -154,12 +196,32 @@ fn check(input: &Input, ways: &[Way]) {
                 panic!("tiles of {tile_vertices}: {error}");
             }
             digests.push(reader.digest().await.unwrap());
+            for built in [0, input.lines.len() / 2] {
+                let edited = input.build_and_edit(built, tile_vertices, memory).await;
+                let Some((scratch, summary)) = edited else { continue };
+                let reader = scratch.open().await;
+                let way = format!("tiles of {tile_vertices}, {built} lines from the start");
+                compare(
+                    &expected,
+                    &reader,
+                    [summary.regions, summary.hole_regions, summary.hole_triangles],
+                )
+                .await;
+                if let Err(error) = reader.verify(true).await {
+                    panic!("{way}: {error}");
+                }
+                if let Err(error) = input.compare(&reader).await {
+                    panic!("{way}: {error}");
+                }
+                digests.push(reader.digest().await.unwrap());
+            }
         }
         assert!(digests.windows(2).all(|pair| pair[0] == pair[1]), "{digests:?}");
     });
 }
 
-async fn compare(expected: &Expected, reader: &TileReader, summary: &BuildSummary) {
+/// Compares a file, and the regions, holes and triangles in these that were counted.
+async fn compare(expected: &Expected, reader: &TileReader, counts: [u64; 3]) {
     let mut region_of: HashMap<u64, usize> = HashMap::new();
     let (mut holes, mut triangles, mut sites) = (0, 0, Vec::new());
     let mut sources = Vec::new();
@@ -193,11 +255,11 @@ async fn compare(expected: &Expected, reader: &TileReader, summary: &BuildSummar
     assert_eq!(triangles, expected.triangles.len());
     assert_eq!(region_of.len(), expected.regions);
     assert_eq!(
-        summary.regions as usize,
+        counts[0] as usize,
         if expected.has_regions { expected.regions } else { 0 }
     );
-    assert_eq!(summary.hole_triangles, holes);
-    assert_eq!(summary.hole_regions as usize, expected.hole_regions);
+    assert_eq!(counts[1] as usize, expected.hole_regions);
+    assert_eq!(counts[2], holes);
     let order = |a: &([Point; 2], EdgeSource), b: &([Point; 2], EdgeSource)| {
         let ends = a.0[0].lex_cmp(b.0[0]).then(a.0[1].lex_cmp(b.0[1]));
         ends.then(a.1.cmp(&b.1))

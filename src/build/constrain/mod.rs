@@ -247,7 +247,7 @@ pub(super) fn constrain_node(
 }
 
 /// Triangles with their adjacency, found by their edges, between so many vertices.
-fn glued(triangles: Vec<[u32; 3]>, vertices: usize) -> Triangulation {
+pub(super) fn glued(triangles: Vec<[u32; 3]>, vertices: usize) -> Triangulation {
     let ends = |side: u32| {
         let (corners, s) = (triangles[(side / 3) as usize], (side % 3) as usize);
         let (from, to) = (corners[s], corners[(s + 1) % 3]);

@@ -1,0 +1,405 @@
+//! Changes a file on disk: lines become constraints of a triangulation that is there already.
+//!
+//! In: a tile file, and segments between its vertices. Out: the same file in its next state, or as it was.
+//!
+//! ```text
+//!   segments ─▶ their ends' vertices ─▶ pieces, in the order of a curve ─▶ strips of triangles   (strip)
+//!                                                                              │  ▲
+//!   file ──── tiles that are needed, the least recently used go ◀──────────────▼──┘   (tiles, tile)
+//!     ▲                                                                        │
+//!     └── new tiles, directory, superblock ◀── regions, numbered anew ◀────────┘      (regions)
+//! ```
+//!
+//! Inserting a piece changes exactly the triangles that it crosses, and the result does not depend on when it is inserted (Wu,
+//! Lemma 3.3.6). So a file that was edited has the triangles that it would have been built with. New tiles and a new directory are
+//! appended; then one superblock is replaced, which makes all of it the file, at once. Whoever has it open sees what it was.
+
+mod regions;
+mod strip;
+mod tile;
+mod tiles;
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Instant;
+
+use tokio::sync::oneshot;
+
+use super::segments::{SEGMENT_BYTES, Segment};
+use super::vertex_index::VertexIndex;
+use crate::geometry::{MortonSquare, Point, Rect};
+use crate::input::SegmentBatch;
+use crate::store::{EdgeSource, LineKind, LineSource, ReadError, TileId, Vertex};
+use regions::{Joining, Labels, Parts};
+use strip::{Inserting, Piece};
+use tile::EditTile;
+use tiles::Tiles;
+
+/// Why a file could not be edited. It is as it was.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum EditError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Read(ReadError),
+    /// The system refused.
+    #[error("{file}: cannot {what} it", file = file.display())]
+    Io {
+        /// The file.
+        file: PathBuf,
+        /// What was to be done.
+        what: &'static str,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// Somebody else edits it.
+    #[error("{file}: somebody else is changing it; try again later", file = .0.display())]
+    Busy(PathBuf),
+    /// The end of a line is no vertex.
+    #[error("line {line} has an end at {x} {y}, where the file has no vertex; build it with the line from the start", x = place.x, y = place.y)]
+    NoVertex {
+        /// The number of the line, among those that are new.
+        line: u64,
+        /// The end.
+        place: Point,
+    },
+    /// A line crosses a constraint.
+    #[error(
+        "{}: its segment from {} {} to {} {} crosses that from {} {} to {} {}",
+        lines(*line, *other), piece[0].x, piece[0].y, piece[1].x, piece[1].y, edge[0].x, edge[0].y, edge[1].x, edge[1].y
+    )]
+    Crossed {
+        /// The line.
+        line: EdgeSource,
+        /// The line that the other one comes from, if the tile at hand knows.
+        other: Option<EdgeSource>,
+        /// The part of the line that is in the way.
+        piece: [Point; 2],
+        /// The constraint that it crosses.
+        edge: [Point; 2],
+    },
+    /// A ring of an obstacle does not close.
+    #[error("the rings of obstacles do not close: one side of line {line} would lie deeper than itself")]
+    OpenRing {
+        /// A line of it.
+        line: u64,
+    },
+    /// There are segments between record numbers, which a file does not know any more.
+    #[error("the ends of segments are given as record numbers; a file can be changed by coordinates only")]
+    Records,
+    /// More memory is needed.
+    #[error("this takes {needed} MiB of memory at least, and {allowed} MiB are allowed; allow more", needed = needed.div_ceil(1 << 20), allowed = allowed >> 20)]
+    Memory {
+        /// Bytes needed.
+        needed: u64,
+        /// Bytes allowed.
+        allowed: u64,
+    },
+    /// The file has no triangles that lines could cross.
+    #[error("{file}: it has no triangles, since all its vertices lie on one line; build it with the lines", file = .0.display())]
+    NoTriangles(PathBuf),
+    /// It was cancelled.
+    #[error("cancelled")]
+    Cancelled,
+    /// A defect of the program.
+    #[error("internal error: {0}")]
+    Internal(String),
+}
+
+/// Names two lines that cross.
+fn lines(line: EdgeSource, other: Option<EdgeSource>) -> String {
+    let name = |source: EdgeSource| format!("{} {}", source.kind(), source.number());
+    match other {
+        Some(other) => format!("{} crosses {}", name(line), name(other)),
+        None => format!("{} crosses another line", name(line)),
+    }
+}
+
+/// What an edit did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EditSummary {
+    /// Segments that came in.
+    pub segments: u64,
+    /// Edges along them, those that were constraints before included.
+    pub edges: u64,
+    /// Constraint edges of the file.
+    pub constraint_edges: u64,
+    /// Tiles that had to be written again.
+    pub tiles: u64,
+    /// Tiles that were read for the lines, as often as that was.
+    pub tile_reads: u64,
+    /// Regions, those that are holes, and the triangles in these.
+    pub regions: u64,
+    /// Regions that are holes.
+    pub hole_regions: u64,
+    /// Triangles in holes.
+    pub hole_triangles: u64,
+    /// Bytes by which the file has grown.
+    pub bytes_appended: u64,
+    /// Bytes of the file.
+    pub file_bytes: u64,
+    /// Seconds that it took.
+    pub seconds: f64,
+}
+
+/// Makes lines constraints of a file on disk.
+///
+/// Their ends must be vertices of it. The file is locked against other editors; readers may have it open and see it as it was
+/// when they opened it.
+pub struct Editor {
+    path: PathBuf,
+    memory: u64,
+    /// The lines that there were before.
+    first_line: u64,
+    lines: Vec<LineSource>,
+    segments: Vec<Segment>,
+}
+
+impl Editor {
+    /// Begins to edit a file within so many bytes of memory.
+    ///
+    /// # Errors
+    /// If it cannot be opened, or somebody else edits it.
+    pub async fn open(path: impl AsRef<Path>, memory: u64) -> Result<Self, EditError> {
+        let path = path.as_ref().to_owned();
+        let opened = crate::store::TileReader::open(&path, crate::store::OpenOptions::default()).await?;
+        let metadata = &opened.directory().metadata;
+        if metadata.vertices > 0 && metadata.triangles == 0 {
+            return Err(EditError::NoTriangles(path));
+        }
+        Ok(Self {
+            first_line: metadata.lines.last().map_or(0, |last| last.first + last.lines),
+            path,
+            memory,
+            lines: Vec::new(),
+            segments: Vec::new(),
+        })
+    }
+
+    /// Adds a source of lines; those pushed afterwards are numbered from its first one on.
+    pub fn add_source(&mut self, name: &str, kind: LineKind, lines: u64) {
+        let first = self
+            .lines
+            .last()
+            .map_or(self.first_line, |last| last.first + last.lines);
+        let name = name.to_owned();
+        self.lines.push(LineSource {
+            name,
+            kind,
+            first,
+            lines,
+        });
+    }
+
+    /// Takes segments of the source that was added last; their lines are numbered from its first one on.
+    ///
+    /// # Errors
+    /// If they are given by record numbers, or take more than a quarter of the memory.
+    pub fn push(&mut self, kind: LineKind, first_line: u64, batch: &SegmentBatch) -> Result<(), EditError> {
+        if !batch.records.is_empty() {
+            return Err(EditError::Records);
+        }
+        let first = self.first_line + first_line;
+        let segments = batch.ends.iter().zip(&batch.lines).map(|(&ends, &line)| Segment {
+            ends: ends.map(Point::normalized),
+            source: EdgeSource::new(kind, first + line),
+        });
+        self.segments.extend(segments);
+        let needed = 4 * self.segments.len() as u64 * (SEGMENT_BYTES + size_of::<Piece>() as u64);
+        if needed > self.memory {
+            return Err(EditError::Memory {
+                needed,
+                allowed: self.memory,
+            });
+        }
+        Ok(())
+    }
+
+    /// Makes the lines constraints. The file is as before until the very end.
+    ///
+    /// # Errors
+    /// If an end is no vertex, a line crosses a constraint, a ring does not close, or the system refuses.
+    pub async fn finish(self) -> Result<EditSummary, EditError> {
+        let Self {
+            path,
+            memory,
+            lines,
+            segments,
+            ..
+        } = self;
+        let stop = Arc::new(AtomicBool::new(false));
+        let _stop = StopOnDrop(Arc::clone(&stop));
+        let (reply, done) = oneshot::channel();
+        let work = move || {
+            // If nobody waits for the answer any more, nobody needs it.
+            let _ = reply.send(edit(&path, &segments, &lines, memory, &stop));
+        };
+        let thread = thread::Builder::new().name("tile-edit".to_owned()).spawn(work);
+        thread.map_err(|error| EditError::Internal(format!("cannot start a thread: {error}")))?;
+        let gone = |_| EditError::Internal("the editing thread is gone".to_owned());
+        done.await.map_err(gone)?
+    }
+}
+
+/// Stops the thread when nobody waits for it any more.
+struct StopOnDrop(Arc<AtomicBool>);
+
+impl Drop for StopOnDrop {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Makes segments constraints of a file. Lines that are new are entered in its directory.
+pub(super) fn edit(
+    path: &Path,
+    segments: &[Segment],
+    lines: &[LineSource],
+    memory: u64,
+    stop: &AtomicBool,
+) -> Result<EditSummary, EditError> {
+    let began = Instant::now();
+    let mut tiles = Tiles::open(path, memory / 2)?;
+    let first_line = lines.first().map_or(0, |first| first.first);
+    let pieces = pieces(&mut tiles, segments, first_line)?;
+    let mut inserting = Inserting::default();
+    for piece in pieces {
+        if stop.load(Ordering::Relaxed) {
+            return Err(EditError::Cancelled);
+        }
+        inserting.insert(&mut tiles, piece)?;
+    }
+    let tile_reads = tiles.loads;
+    let (labels, constraint_edges) = join(&mut tiles, memory, stop)?;
+    let hole_triangles = label(&mut tiles, &labels, stop)?;
+    let (tiles_written, length_before) = (
+        tiles.is_changed.iter().filter(|changed| **changed).count(),
+        tiles.length(),
+    );
+    let file_bytes = tiles.publish(|directory| {
+        let metadata = &mut directory.metadata;
+        metadata.constraint_edges = constraint_edges;
+        metadata.regions = labels.regions;
+        metadata.spanning_regions = labels.spanning;
+        metadata.hole_regions = labels.hole_regions;
+        metadata.hole_triangles = hole_triangles;
+        metadata.lines.extend_from_slice(lines);
+    })?;
+    Ok(EditSummary {
+        segments: segments.len() as u64,
+        edges: inserting.edges,
+        constraint_edges,
+        tiles: tiles_written as u64,
+        tile_reads,
+        regions: labels.regions,
+        hole_regions: labels.hole_regions,
+        hole_triangles,
+        bytes_appended: file_bytes - length_before,
+        file_bytes,
+        seconds: began.elapsed().as_secs_f64(),
+    })
+}
+
+/// Finds the vertices at the ends of segments. Pieces come in the order of a space-filling curve, so that those that cross the same
+/// tiles come together.
+fn pieces(tiles: &mut Tiles, segments: &[Segment], first_line: u64) -> Result<Vec<Piece>, EditError> {
+    let ends: Vec<(Point, u32)> = segments.iter().flat_map(|segment| segment.ends).zip(0u32..).collect();
+    let tree = tiles.directory().tree.clone();
+    let no_vertex = |place: Point, end: u32| EditError::NoVertex {
+        line: segments[(end / 2) as usize].source.number() - first_line,
+        place,
+    };
+    let mut of_tiles: Vec<(TileId, Point, u32)> = Vec::with_capacity(ends.len());
+    for (place, end) in ends {
+        let tile = tree.tile_at(place).ok_or_else(|| no_vertex(place, end))?;
+        of_tiles.push((tile, place, end));
+    }
+    of_tiles.sort_unstable_by_key(|&(tile, _, end)| (tile, end));
+    let mut found: Vec<Option<Vertex>> = vec![None; of_tiles.len()];
+    for group in of_tiles.chunk_by(|a, b| a.0 == b.0) {
+        let id = group[0].0;
+        let tile = tiles.get(id)?;
+        let index = VertexIndex::new(tile.points());
+        for &(_, place, end) in group {
+            let index = index.at(place).ok_or_else(|| no_vertex(place, end))?;
+            found[end as usize] = Some(tile.vertex(index));
+        }
+    }
+    let middles = segments
+        .iter()
+        .map(|Segment { ends: [a, b], .. }| Point::new((a.x + b.x) / 2.0, (a.y + b.y) / 2.0));
+    let middles: Vec<Point> = middles.collect();
+    let square = MortonSquare::around(Rect::around(middles.iter().copied()));
+    let all = segments.iter().zip(found.chunks(2)).zip(middles);
+    let mut pieces: Vec<(u64, Piece)> = all
+        .filter_map(|((segment, ends), middle)| {
+            let ends = [ends[0]?, ends[1]?];
+            let source = segment.source;
+            Some((square.key(middle), Piece { ends, source }))
+        })
+        .collect();
+    pieces.sort_by_key(|(key, _)| *key);
+    Ok(pieces.into_iter().map(|(_, piece)| piece).collect())
+}
+
+/// Joins what lies side by side in all tiles. Returns also how many constraint edges there are.
+fn join(tiles: &mut Tiles, memory: u64, stop: &AtomicBool) -> Result<(Labels, u64), EditError> {
+    let metadata = tiles.directory().metadata.clone();
+    let mut joining = Joining::new(&metadata);
+    for id in (0..tiles.is_changed.len() as u32).map(TileId) {
+        if stop.load(Ordering::Relaxed) {
+            return Err(EditError::Cancelled);
+        }
+        if tiles.is_changed[id.0 as usize] {
+            let tile = tiles.get(id)?;
+            joining.take(tile, &Parts::of(tile), None)?;
+        } else {
+            let before = tiles.read(id)?;
+            let tile = EditTile::of(&before);
+            joining.take(&tile, &Parts::of(&tile), Some(&before))?;
+        }
+        if joining.byte_size() > memory / 4 {
+            return Err(EditError::Memory {
+                needed: 4 * joining.byte_size(),
+                allowed: memory,
+            });
+        }
+    }
+    let constraint_edges = joining.constraint_edges;
+    Ok((joining.finish(&metadata)?, constraint_edges))
+}
+
+/// Writes all tiles that were changed, and those in which a region changed. Returns how many triangles are in holes.
+fn label(tiles: &mut Tiles, labels: &Labels, stop: &AtomicBool) -> Result<u64, EditError> {
+    let mut in_holes = 0;
+    for id in (0..tiles.is_changed.len() as u32).map(TileId) {
+        if stop.load(Ordering::Relaxed) {
+            return Err(EditError::Cancelled);
+        }
+        let before = if tiles.is_changed[id.0 as usize] {
+            None
+        } else {
+            Some(tiles.read(id)?)
+        };
+        let tile = match &before {
+            Some(before) => EditTile::of(before),
+            None => tiles.take(id)?,
+        };
+        let parts = Parts::of(&tile);
+        let label = |place: u32| labels.of(id, &parts, place);
+        let (order, _) = tile.in_order();
+        in_holes += order
+            .iter()
+            .filter(|&&place| label(place).is_hole && tile.owns(place))
+            .count() as u64;
+        let is_same = |before: &crate::store::Tile| order.iter().all(|&place| before.component(place) == label(place));
+        if !before.is_some_and(|before| is_same(&before)) {
+            tiles.write_labelled(&tile, &label)?;
+            tiles.is_changed[id.0 as usize] = true;
+        }
+    }
+    Ok(in_holes)
+}

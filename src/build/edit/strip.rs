@@ -1,0 +1,272 @@
+//! Inserts a piece into the tiles that it crosses.
+//!
+//! The piece is followed from one vertex to the next on it, from tile to tile. The triangles that it crosses, a *strip*, are all
+//! that changes (Wu, Lemma 3.3.6); they are triangulated anew by themselves as in core, and each tile with a vertex of theirs
+//! takes the old ones out and the new ones in.
+
+use std::collections::HashMap;
+
+use super::EditError;
+use super::tile::Incoming;
+use super::tiles::Tiles;
+use crate::build::constrain::glued;
+use crate::geometry::{Orientation, Point, orient2d};
+use crate::mesh::{Constrained, Inserter, Step, WALLS, next_side, prev_side};
+use crate::store::{Across, EdgeSource, TileId, Vertex, VertexId};
+
+/// A part of a line between two vertices of the file, to become constraint edges.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Piece {
+    pub(super) ends: [Vertex; 2],
+    pub(super) source: EdgeSource,
+}
+
+/// Where a line has come from a vertex.
+enum Reached {
+    /// Along an edge, of these triangles, to the next vertex.
+    Along(Vertex, Vec<[VertexId; 3]>),
+    /// Through the triangles of the strip, to this vertex.
+    Through(Vertex),
+}
+
+/// Inserts pieces. Keeps its memory from one to the next.
+#[derive(Default)]
+pub(super) struct Inserting {
+    inserter: Inserter,
+    strip: Strip,
+    /// How often lines of this edit run along edges as the rings of obstacles, which count each time.
+    times: HashMap<(EdgeKey, EdgeSource), usize>,
+    /// Edges that became constraints.
+    pub(super) edges: u64,
+}
+
+type EdgeKey = [VertexId; 2];
+
+/// The triangles that a piece crosses, in order.
+#[derive(Default)]
+struct Strip {
+    vertices: Vec<Vertex>,
+    places: HashMap<VertexId, u32>,
+    triangles: Vec<[u32; 3]>,
+    bits: Vec<u8>,
+}
+
+impl Strip {
+    fn clear(&mut self) {
+        self.vertices.clear();
+        self.places.clear();
+        self.triangles.clear();
+        self.bits.clear();
+    }
+
+    fn push(&mut self, (corners, bits): Incoming) {
+        let corners = corners.map(|vertex| {
+            let next = self.vertices.len() as u32;
+            *self.places.entry(vertex.id).or_insert_with(|| {
+                self.vertices.push(vertex);
+                next
+            })
+        });
+        self.triangles.push(corners);
+        self.bits.push(bits);
+    }
+
+    /// The tiles of its vertices, in order.
+    fn tiles(&self) -> Vec<TileId> {
+        let mut tiles: Vec<TileId> = self.vertices.iter().map(|vertex| vertex.id.tile).collect();
+        tiles.sort_unstable();
+        tiles.dedup();
+        tiles
+    }
+}
+
+impl Inserting {
+    /// Makes a piece a chain of constraint edges.
+    pub(super) fn insert(&mut self, tiles: &mut Tiles, piece: Piece) -> Result<(), EditError> {
+        let [mut at, to] = piece.ends;
+        while at.id != to.id {
+            let next = match self.follow(tiles, at, to.point, piece)? {
+                Reached::Along(next, triangles) => {
+                    mark(tiles, &triangles, piece.source.is_wall())?;
+                    next
+                }
+                Reached::Through(next) => {
+                    self.replace(tiles, [at, next], piece.source.is_wall())?;
+                    next
+                }
+            };
+            self.note(tiles, [at, next], piece.source)?;
+            at = next;
+        }
+        Ok(())
+    }
+
+    /// Follows a line from a vertex to the next one on it, and collects what it crosses.
+    fn follow(&mut self, tiles: &mut Tiles, from: Vertex, to: Point, piece: Piece) -> Result<Reached, EditError> {
+        let line = [from.point, to];
+        let tile = tiles.get(from.id.tile)?;
+        let mut start = None;
+        for side in tile.around(from.id.index) {
+            let [right, left] = [next_side(side), prev_side(side)].map(|side| tile.from(side));
+            let is_ahead = |p: Point| p.lex_cmp(from.point) == to.lex_cmp(from.point);
+            let turns = [right, left].map(|vertex| orient2d(from.point, vertex.point, to));
+            start = match turns {
+                [Orientation::Collinear, _] if is_ahead(right.point) => Some((side, Some((side, right)))),
+                [_, Orientation::Collinear] if is_ahead(left.point) => Some((side, Some((prev_side(side), left)))),
+                [Orientation::CounterClockwise, Orientation::Clockwise] => Some((side, None)),
+                _ => None,
+            };
+            if start.is_some() {
+                break;
+            }
+        }
+        let Some((side, along)) = start else {
+            return Err(tiles.damaged(from.id.tile, "no triangle around a vertex is on the way of a line"));
+        };
+        if let Some((edge, next)) = along {
+            let sides = match tile.across(edge) {
+                Across::Side(other) => vec![edge, other],
+                Across::Hull | Across::Elsewhere => vec![edge],
+            };
+            let corners = |side: u32| tile.triangle(side).0.map(|vertex| vertex.id);
+            return Ok(Reached::Along(next, sides.into_iter().map(corners).collect()));
+        }
+        self.strip.clear();
+        self.strip.push(tile.triangle(side));
+        let mut gate = next_side(side);
+        let mut here = from.id.tile;
+        loop {
+            let tile = tiles.get(here)?;
+            if tile.is_constraint(gate) {
+                let ends = [gate, next_side(gate)].map(|side| tile.from(side));
+                return Err(crossed(tiles, line, ends, piece));
+            }
+            let entered = match tile.across(gate) {
+                Across::Side(entered) => Some(entered),
+                Across::Hull => None,
+                Across::Elsewhere => {
+                    // The tile of an end of the edge has the triangle across.
+                    let ends = [next_side(gate), gate].map(|side| tile.from(side).id);
+                    here = ends[0].tile;
+                    tiles.get(here)?.side_between(ends[0], ends[1])
+                }
+            };
+            let Some(entered) = entered else {
+                return Err(tiles.damaged(here, "a line between two vertices leaves the triangulation"));
+            };
+            let tile = tiles.get(here)?;
+            self.strip.push(tile.triangle(entered));
+            let apex = tile.from(prev_side(entered));
+            gate = match orient2d(line[0], line[1], apex.point) {
+                Orientation::CounterClockwise => next_side(entered),
+                Orientation::Clockwise => prev_side(entered),
+                Orientation::Collinear => return Ok(Reached::Through(apex)),
+            };
+        }
+    }
+
+    /// Triangulates the strip anew on both sides of a piece between two of its vertices, in all tiles that have some of it.
+    fn replace(&mut self, tiles: &mut Tiles, ends: [Vertex; 2], is_wall: bool) -> Result<(), EditError> {
+        let Self { inserter, strip, .. } = self;
+        let points: Vec<Point> = strip.vertices.iter().map(|vertex| vertex.point).collect();
+        let old = strip.triangles.clone();
+        let mesh = glued(strip.triangles.clone(), points.len());
+        let mut mesh = Constrained::with_constraints(mesh, strip.bits.clone(), points.len());
+        let ends = ends.map(|end| strip.places[&end.id]);
+        match inserter.step_between(&points, &mesh, ends) {
+            Ok((_, Step::Triangles(_))) => inserter.replace(&points, &mut mesh, is_wall),
+            _ => return Err(EditError::Internal("a line does not cross what it crossed".to_owned())),
+        }
+        let vertex = |place: u32| strip.vertices[place as usize];
+        let new: Vec<Incoming> = (0u32..)
+            .zip(&mesh.mesh().triangles)
+            .map(|(t, corners)| (corners.map(vertex), mesh.side_bits(t)))
+            .collect();
+        let old: Vec<[VertexId; 3]> = old
+            .iter()
+            .map(|corners| corners.map(|place| vertex(place).id))
+            .collect();
+        let mut unlinked = Vec::new();
+        for id in strip.tiles() {
+            let removed: Vec<_> = old
+                .iter()
+                .filter(|ids| ids.iter().any(|v| v.tile == id))
+                .copied()
+                .collect();
+            let added = new
+                .iter()
+                .filter(|(corners, _)| corners.iter().any(|v| v.id.tile == id));
+            let added: Vec<Incoming> = added.copied().collect();
+            let replaced = tiles.change(id)?.replace(&removed, &added);
+            let open = replaced.map_err(|reason| tiles.damaged(id, reason))?;
+            unlinked.extend(open.into_iter().map(|open| (id, open)));
+        }
+        // Edges between two vertices of other tiles: these know what lies across.
+        for (id, open) in unlinked {
+            let [from, to, _] = open;
+            let other = tiles.get(from.tile)?;
+            let Some(side) = other.side_between(to, from) else {
+                continue;
+            };
+            let apex = other.from(prev_side(side)).id;
+            if apex.tile == id {
+                let linked = tiles.change(id)?.link(open, apex);
+                linked.map_err(|reason| tiles.damaged(id, reason))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Notes the source of an edge in the tile that it belongs to.
+    fn note(&mut self, tiles: &mut Tiles, ends: [Vertex; 2], source: EdgeSource) -> Result<(), EditError> {
+        self.edges += 1;
+        let [a, b] = ends;
+        let (ends, source) = match a.point.lex_cmp(b.point).is_lt() {
+            true => ([a.id, b.id], source),
+            false => ([b.id, a.id], source.reversed()),
+        };
+        let times = match source.depth_change() {
+            0 => 1,
+            _ => {
+                let times = self.times.entry((ends, source)).or_default();
+                *times += 1;
+                *times
+            }
+        };
+        let noted = tiles.change(ends[0].tile)?.add_source(ends, source, times);
+        noted.ok_or_else(|| tiles.damaged(ends[0].tile, "an edge is missing that was just put there"))
+    }
+}
+
+/// Makes the first sides of these triangles constraints, in all tiles that have them.
+fn mark(tiles: &mut Tiles, triangles: &[[VertexId; 3]], is_wall: bool) -> Result<(), EditError> {
+    let bits = 1 | u8::from(is_wall) << WALLS;
+    for corners in triangles {
+        let mut of_tiles = corners.map(|id| id.tile);
+        of_tiles.sort_unstable();
+        for id in of_tiles
+            .into_iter()
+            .enumerate()
+            .filter(|&(i, id)| i == 0 || of_tiles[i - 1] != id)
+        {
+            if !tiles.change(id.1)?.fix(*corners, bits) {
+                return Err(tiles.damaged(id.1, "a triangle is missing that another tile has"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The error for a line that crosses a constraint.
+fn crossed(tiles: &mut Tiles, line: [Point; 2], edge: [Vertex; 2], piece: Piece) -> EditError {
+    let by = tiles.get(edge[0].id.tile).ok().and_then(|tile| {
+        let side = tile.side_between(edge[0].id, edge[1].id)?;
+        tile.sources_of(side).first().copied()
+    });
+    EditError::Crossed {
+        line: piece.source,
+        other: by,
+        piece: line,
+        edge: edge.map(|vertex| vertex.point),
+    }
+}

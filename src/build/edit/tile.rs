@@ -1,0 +1,623 @@
+//! A tile that can be changed: all triangles with a vertex in it, side by side in arrays.
+//!
+//! Read from a [`Tile`], and turned into the drafts of a core and a border again. What was late when the tile was first
+//! written may be of the core now: triangles whose corners are all its own are.
+
+use std::collections::HashMap;
+
+use crate::geometry::{Point, Rect};
+use crate::mesh::{NONE, next_side, prev_side};
+use crate::store::{
+    Across, BorderDraft, Component, CoreDraft, ELSEWHERE, EdgeSource, HULL, Tile, TileEntry, TileId, Vertex, VertexId,
+};
+
+/// Across a side: the hull.
+const ON_HULL: u32 = NONE;
+/// Across a side whose ends are other tiles': a triangle without a vertex in this tile, or the hull.
+const BEYOND: u32 = NONE - 1;
+/// In the bits of a triangle: it is being replaced.
+const REMOVED: u8 = 1 << 7;
+
+/// A tile in memory, to be changed. Corners and sides are numbered as in a [`Tile`], but triangles come in any order.
+#[derive(Debug)]
+pub(super) struct EditTile {
+    pub(super) id: TileId,
+    points: Vec<Point>,
+    z: Vec<f64>,
+    records: Vec<u64>,
+    sites: Vec<(u32, u64)>,
+    site_ids: Vec<String>,
+    foreign: Vec<Vertex>,
+    foreign_places: HashMap<VertexId, u32>,
+    triangles: Vec<[u32; 3]>,
+    across: Vec<[u32; 3]>,
+    bits: Vec<u8>,
+    /// Places of triangles that are no more.
+    free: Vec<u32>,
+    /// A side that starts at each vertex of the tile.
+    leaving: Vec<u32>,
+    /// Those of each constraint edge that belongs to the tile, by its corners, the smaller first, as seen from that.
+    sources: HashMap<[u32; 2], Vec<EdgeSource>>,
+}
+
+/// A triangle on its way into tiles: its corners, and the bits of its sides.
+pub(super) type Incoming = ([Vertex; 3], u8);
+
+/// A new triangle whose first side runs between two vertices of other tiles: what lies across must be looked for elsewhere.
+pub(super) type Unlinked = [VertexId; 3];
+
+/// What a tile is when it is written.
+pub(super) struct Drafts {
+    pub(super) core: CoreDraft,
+    pub(super) border: BorderDraft,
+    /// Triangles that belong to the tile.
+    pub(super) owned: u32,
+    pub(super) bounds: Rect,
+}
+
+impl EditTile {
+    /// Takes over what a tile has.
+    pub(super) fn of(tile: &Tile) -> Self {
+        let vertices = tile.vertex_count();
+        let triangles: Vec<[u32; 3]> = (0..tile.triangle_count()).map(|t| tile.corners(t)).collect();
+        let corners = triangles.as_flattened().iter().map(|&corner| corner + 1).max();
+        let foreign: Vec<Vertex> = (vertices..corners.unwrap_or(0))
+            .map(|corner| tile.vertex(corner))
+            .collect();
+        let across = |side: u32| match tile.across(side) {
+            Across::Side(other) => other,
+            Across::Hull => ON_HULL,
+            Across::Elsewhere => BEYOND,
+        };
+        let bits = |side: u32, s: u32| {
+            u8::from(tile.is_constraint(side)) << s | u8::from(tile.is_wall(side)) << (s + crate::mesh::WALLS)
+        };
+        let mut this = Self {
+            id: tile.id(),
+            points: tile.points().collect(),
+            z: (0..vertices).filter_map(|v| tile.z(v)).collect(),
+            records: (0..vertices).map(|v| tile.record(v)).collect(),
+            sites: tile.sites().map(|site| (site.vertex, site.number)).collect(),
+            site_ids: Vec::new(),
+            foreign_places: foreign
+                .iter()
+                .zip(vertices..)
+                .map(|(vertex, place)| (vertex.id, place))
+                .collect(),
+            foreign,
+            across: (0..tile.triangle_count())
+                .map(|t| [0, 1, 2].map(|s| across(3 * t + s)))
+                .collect(),
+            bits: (0..tile.triangle_count())
+                .map(|t| (0..3).map(|s| bits(3 * t + s, s)).sum())
+                .collect(),
+            triangles,
+            free: Vec::new(),
+            leaving: (0..vertices).map(|v| tile.side_leaving(v).unwrap_or(NONE)).collect(),
+            sources: HashMap::new(),
+        };
+        if tile.sites().any(|site| site.id.is_some()) {
+            this.site_ids = tile
+                .sites()
+                .map(|site| site.id.unwrap_or_default().to_owned())
+                .collect();
+        }
+        for side in tile.owned_constraints() {
+            let ends = [side, next_side(side)].map(|side| tile.origin(side));
+            let (ends, is_turned) = in_order(ends);
+            let seen = |source: EdgeSource| if is_turned { source.reversed() } else { source };
+            this.sources.insert(ends, tile.edge_sources(side).map(seen).collect());
+        }
+        this
+    }
+
+    /// Bytes that it takes in memory, about.
+    pub(super) fn byte_size(&self) -> usize {
+        let per_vertex = size_of::<Point>() + 8 + 4 + if self.z.is_empty() { 0 } else { 8 };
+        let lists = self.sources.values().map(Vec::len).sum::<usize>();
+        per_vertex * self.points.len()
+            + 25 * self.triangles.len()
+            + (size_of::<Vertex>() + 24) * self.foreign.len()
+            + 48 * self.sources.len()
+            + 8 * lists
+            + 32 * self.sites.len()
+    }
+
+    pub(super) fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// A corner, the tile's own or another's.
+    pub(super) fn vertex(&self, corner: u32) -> Vertex {
+        match self.points.get(corner as usize) {
+            Some(&point) => Vertex {
+                id: VertexId {
+                    tile: self.id,
+                    index: corner,
+                },
+                point,
+            },
+            None => self.foreign[corner as usize - self.points.len()],
+        }
+    }
+
+    pub(super) fn origin(&self, side: u32) -> u32 {
+        self.triangles[(side / 3) as usize][(side % 3) as usize]
+    }
+
+    /// The vertex that a side starts from.
+    pub(super) fn from(&self, side: u32) -> Vertex {
+        self.vertex(self.origin(side))
+    }
+
+    /// The corners of a side's triangle, from the side's origin on, and the bits of its sides, from that side on.
+    pub(super) fn triangle(&self, side: u32) -> Incoming {
+        let sides = [side, next_side(side), prev_side(side)];
+        let bits = self.bits[(side / 3) as usize];
+        let turned = |first: u32| {
+            sides
+                .iter()
+                .zip(0..)
+                .map(|(side, place)| (bits >> (first + side % 3) & 1) << place)
+                .sum::<u8>()
+        };
+        (
+            sides.map(|side| self.from(side)),
+            turned(0) | turned(crate::mesh::WALLS) << crate::mesh::WALLS,
+        )
+    }
+
+    /// The bits of a side alone, in the places of a first one.
+    fn side_bits(&self, side: u32) -> u8 {
+        self.bits[(side / 3) as usize] >> (side % 3) & (1 | 1 << crate::mesh::WALLS)
+    }
+
+    pub(super) fn is_constraint(&self, side: u32) -> bool {
+        self.side_bits(side) & 1 == 1
+    }
+
+    /// What lies across a side.
+    pub(super) fn across(&self, side: u32) -> Across {
+        match self.across[(side / 3) as usize][(side % 3) as usize] {
+            ON_HULL => Across::Hull,
+            BEYOND => Across::Elsewhere,
+            other => Across::Side(other),
+        }
+    }
+
+    /// The corner that a vertex is here, if it is one.
+    fn corner(&self, id: VertexId) -> Option<u32> {
+        if id.tile == self.id {
+            ((id.index as usize) < self.points.len()).then_some(id.index)
+        } else {
+            self.foreign_places.get(&id).copied()
+        }
+    }
+
+    /// The sides that start at a vertex of the tile, each once: counter-clockwise from one on, and if that ends at the hull, the
+    /// others clockwise.
+    pub(super) fn around(&self, vertex: u32) -> impl Iterator<Item = u32> {
+        let first = self.leaving[vertex as usize];
+        let (mut next, mut is_back) = ((first != NONE).then_some(first), false);
+        // A damaged file may have a star that does not close.
+        let mut steps = self.triangles.len();
+        std::iter::from_fn(move || {
+            let side = next?;
+            steps = steps.checked_sub(1)?;
+            if !is_back {
+                next = match self.across(prev_side(side)) {
+                    Across::Side(other) if other == first => None,
+                    Across::Side(other) => Some(other),
+                    Across::Hull | Across::Elsewhere => {
+                        is_back = true;
+                        self.clockwise(first)
+                    }
+                };
+            } else {
+                next = self.clockwise(side);
+            }
+            Some(side)
+        })
+    }
+
+    /// The side that starts where this one does, next in clockwise order.
+    fn clockwise(&self, side: u32) -> Option<u32> {
+        match self.across(side) {
+            Across::Side(other) => Some(next_side(other)),
+            Across::Hull | Across::Elsewhere => None,
+        }
+    }
+
+    /// The side from one vertex to another, one of which is the tile's own.
+    pub(super) fn side_between(&self, from: VertexId, to: VertexId) -> Option<u32> {
+        let (from, to) = (self.corner(from)?, self.corner(to)?);
+        if (from as usize) < self.points.len() {
+            self.around(from).find(|&side| self.origin(next_side(side)) == to)
+        } else {
+            let arriving = self.around(to).map(prev_side);
+            { arriving }.find(|&side| self.origin(side) == from)
+        }
+    }
+
+    /// The first side of the triangle with these corners, one of which is the tile's own.
+    pub(super) fn side_of(&self, corners: [VertexId; 3]) -> Option<u32> {
+        let own = corners.iter().position(|id| id.tile == self.id)?;
+        let at = |place: usize| corners[(own + place) % 3];
+        let side = self.side_between(at(0), at(1))?;
+        (self.from(prev_side(side)).id == at(2)).then(|| match own {
+            0 => side,
+            1 => prev_side(side),
+            _ => next_side(side),
+        })
+    }
+
+    /// Makes the first side of a triangle with these corners a constraint, or even a wall. The tile must have it.
+    pub(super) fn fix(&mut self, corners: [VertexId; 3], bits: u8) -> bool {
+        let side = self.side_of(corners);
+        if let Some(side) = side {
+            self.bits[(side / 3) as usize] |= bits << (side % 3);
+        }
+        side.is_some()
+    }
+
+    /// Notes why an edge of the tile is a constraint, as seen from its first end, at least so many times.
+    pub(super) fn add_source(&mut self, ends: [VertexId; 2], source: EdgeSource, times: usize) -> Option<()> {
+        let [from, to] = ends.map(|id| self.corner(id));
+        let (ends, is_turned) = in_order([from?, to?]);
+        let source = if is_turned { source.reversed() } else { source };
+        let sources = self.sources.entry(ends).or_default();
+        let there = sources.iter().filter(|other| **other == source).count();
+        sources.extend(std::iter::repeat_n(source, times.saturating_sub(there)));
+        sources.sort_unstable();
+        Some(())
+    }
+
+    /// Whether the edge has a source already.
+    pub(super) fn sources_of(&self, side: u32) -> &[EdgeSource] {
+        let (ends, _) = in_order([side, next_side(side)].map(|side| self.origin(side)));
+        self.sources.get(&ends).map_or(&[], Vec::as_slice)
+    }
+
+    /// Takes triangles out, which it must have, and puts others in their place. Returns those sides of new ones that another
+    /// triangle of the tile may lie across, which only other tiles can tell.
+    ///
+    /// ```text
+    ///      u ─── v            u ─── v        edges around stay, and what lies across them;
+    ///    ╱  ╲   ╱  ╲    →   ╱    ╱    ╲      what is outside the tile on one side is so marked
+    ///   a ──── w ── b      a ════════ b
+    /// ```
+    pub(super) fn replace(&mut self, removed: &[[VertexId; 3]], added: &[Incoming]) -> Result<Vec<Unlinked>, String> {
+        let absent = || "a triangle is missing that another tile has".to_owned();
+        let mut places: Vec<u32> = Vec::with_capacity(removed.len());
+        for &corners in removed {
+            let side = self.side_of(corners).ok_or_else(absent)?;
+            self.bits[(side / 3) as usize] |= REMOVED;
+            places.push(side / 3);
+        }
+        // What lies across the edges around, from the inside.
+        let mut around: HashMap<[u32; 2], u32> = HashMap::new();
+        for &place in &places {
+            for side in 3 * place..3 * place + 3 {
+                let value = self.across[place as usize][(side % 3) as usize];
+                let stays = value >= BEYOND || self.bits[(value / 3) as usize] & REMOVED == 0;
+                if stays {
+                    around.insert([side, next_side(side)].map(|side| self.origin(side)), value);
+                }
+            }
+        }
+        self.free.extend(places.iter().rev());
+        for &place in &places {
+            self.triangles[place as usize] = [NONE; 3];
+        }
+        let mut sides: HashMap<[u32; 2], u32> = HashMap::with_capacity(3 * added.len());
+        let mut new = Vec::with_capacity(added.len());
+        for &(vertices, bits) in added {
+            let corners = vertices.map(|vertex| self.corner_for(vertex));
+            let place = self.free.pop().unwrap_or(self.triangles.len() as u32);
+            if place as usize == self.triangles.len() {
+                self.triangles.push(corners);
+                self.across.push([ON_HULL; 3]);
+                self.bits.push(bits);
+            } else {
+                self.triangles[place as usize] = corners;
+                self.bits[place as usize] = bits;
+            }
+            for (side, &corner) in (3 * place..).zip(&corners) {
+                sides.insert([corner, corners[((side % 3) as usize + 1) % 3]], side);
+                if let Some(leaving) = self.leaving.get_mut(corner as usize) {
+                    *leaving = side;
+                }
+            }
+            new.push(place);
+        }
+        let own = self.points.len() as u32;
+        let mut unlinked = Vec::new();
+        for side in new.into_iter().flat_map(|place| 3 * place..3 * place + 3) {
+            let [from, to] = [side, next_side(side)].map(|side| self.origin(side));
+            let value = match (sides.get(&[to, from]), around.remove(&[from, to])) {
+                (Some(&twin), _) => twin,
+                (None, Some(value)) => value,
+                (None, None) if from >= own && to >= own => BEYOND,
+                (None, None) => return Err("triangles around a line do not fit together".to_owned()),
+            };
+            self.set_across(side, value);
+            if value == BEYOND {
+                unlinked.push(self.triangle(side).0.map(|vertex| vertex.id));
+            } else if value != ON_HULL {
+                self.set_across(value, side);
+            }
+        }
+        // What is left was across triangles of the tile, and is across such as have no vertex here.
+        for value in around.into_values().filter(|&value| value < BEYOND) {
+            self.set_across(value, BEYOND);
+        }
+        Ok(unlinked)
+    }
+
+    /// Puts two triangles of the tile side by side: one by its first side, and the one across that has this apex.
+    pub(super) fn link(&mut self, corners: Unlinked, apex: VertexId) -> Result<(), String> {
+        let [from, to, _] = corners;
+        let sides = [self.side_of(corners), self.side_of([to, from, apex])];
+        let [Some(side), Some(other)] = sides else {
+            return Err("a triangle is missing that another tile has".to_owned());
+        };
+        self.set_across(side, other);
+        self.set_across(other, side);
+        Ok(())
+    }
+
+    fn set_across(&mut self, side: u32, value: u32) {
+        self.across[(side / 3) as usize][(side % 3) as usize] = value;
+    }
+
+    /// The corner that a vertex is here, and is to be if it is none yet.
+    fn corner_for(&mut self, vertex: Vertex) -> u32 {
+        if let Some(corner) = self.corner(vertex.id) {
+            return corner;
+        }
+        let corner = (self.points.len() + self.foreign.len()) as u32;
+        self.foreign.push(vertex);
+        self.foreign_places.insert(vertex.id, corner);
+        corner
+    }
+
+    /// The places of its triangles, those whose corners are all its own first.
+    pub(super) fn in_order(&self) -> (Vec<u32>, usize) {
+        let own = self.points.len() as u32;
+        let all = (0u32..).zip(&self.triangles).filter(|(_, corners)| corners[0] != NONE);
+        let (core, border): (Vec<_>, Vec<_>) = all.partition(|(_, corners)| corners.iter().all(|&corner| corner < own));
+        let core_count = core.len();
+        let places = core.into_iter().chain(border).map(|(place, _)| place);
+        (places.collect(), core_count)
+    }
+
+    /// The sides of a triangle, and how many triangles there are room for.
+    pub(super) fn places(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Whether a triangle belongs to the tile.
+    pub(super) fn owns(&self, place: u32) -> bool {
+        let corners = self.triangles[place as usize].map(|corner| self.vertex(corner));
+        let smallest = corners.iter().min_by(|a, b| a.point.lex_cmp(b.point));
+        smallest.is_some_and(|vertex| vertex.id.tile == self.id)
+    }
+
+    /// Constraint edges that belong to the tile, and their sources as seen along a side of each.
+    pub(super) fn owned_constraints(&self) -> impl Iterator<Item = (u32, &[EdgeSource])> {
+        let own = self.points.len() as u32;
+        self.sources.iter().filter_map(move |(&[from, to], sources)| {
+            // One of them is the tile's own, and that is the smaller corner.
+            let side = self.around(from.min(own)).find_map(|side| {
+                let is_along = self.origin(next_side(side)) == to;
+                let is_against = self.origin(prev_side(side)) == to;
+                (is_along || is_against).then(|| if is_along { side } else { prev_side(side) })
+            })?;
+            Some((side, sources.as_slice()))
+        })
+    }
+
+    /// The core and the border, their triangles in this order, of which so many are of the core. `components` are those of core
+    /// triangles, and `label` tells what is true of a triangle's region; without it the tile says nothing of regions.
+    pub(super) fn drafts(&self, label: Option<&dyn Fn(u32) -> Component>) -> Drafts {
+        let (order, core_count) = self.in_order();
+        let mut places = vec![NONE; self.triangles.len()];
+        for (&place, number) in order.iter().zip(0..) {
+            places[place as usize] = number;
+        }
+        let core_sides = 3 * core_count as u32;
+        let side_now = |side: u32| 3 * places[(side / 3) as usize] + side % 3;
+        let (of_core, of_border) = order.split_at(core_count);
+        let (foreign, corner_now) = self.foreign_in_order(of_border);
+        let corners = |&place: &u32| self.triangles[place as usize].map(|corner| corner_now[corner as usize]);
+        let across = |&place: &u32| self.across[place as usize];
+        let bits = |places: &[u32]| {
+            let bits: Vec<u8> = places.iter().map(|&place| self.bits[place as usize]).collect();
+            if bits.iter().all(|&bits| bits == 0) {
+                Vec::new()
+            } else {
+                bits
+            }
+        };
+        let in_core = |value: u32| match value {
+            ON_HULL | BEYOND => NONE,
+            side if side_now(side) < core_sides => side_now(side),
+            _ => NONE,
+        };
+        let in_border = |value: u32| match value {
+            ON_HULL => HULL,
+            BEYOND => ELSEWHERE,
+            side => side_now(side).into(),
+        };
+        let linked = of_core
+            .iter()
+            .flat_map(|place| across(place).map(move |value| (value, *place)).into_iter().enumerate());
+        let core_links = linked.filter_map(|(s, (value, place))| {
+            let other = (value < BEYOND)
+                .then(|| side_now(value))
+                .filter(|&other| other >= core_sides)?;
+            Some((side_now(3 * place + s as u32), other))
+        });
+        let mut core_links: Vec<(u32, u32)> = core_links.collect();
+        core_links.sort_unstable();
+        let core = CoreDraft {
+            points: self.points.clone(),
+            z: self.z.clone(),
+            records: self.records.clone(),
+            triangles: of_core.iter().map(corners).collect(),
+            neighbours: of_core.iter().map(|place| across(place).map(in_core)).collect(),
+            constraints: bits(of_core),
+            sites: self.sites.clone(),
+            site_ids: self.site_ids.clone(),
+            ..CoreDraft::default()
+        };
+        let border = BorderDraft {
+            vertices: self.points.len() as u32,
+            core_triangles: core_count as u32,
+            foreign,
+            triangles: of_border.iter().map(corners).collect(),
+            neighbours: of_border.iter().map(|place| across(place).map(in_border)).collect(),
+            core_links,
+            constraints: bits(of_border),
+            ..BorderDraft::default()
+        };
+        let mut drafts = Drafts {
+            owned: order.iter().filter(|&&place| self.owns(place)).count() as u32,
+            bounds: self.bounds(&order),
+            core,
+            border,
+        };
+        drafts.border.vertex_sides = vertex_sides(&drafts.core, &drafts.border);
+        self.put_sources(&mut drafts, side_now);
+        if let Some(label) = label {
+            put_regions(&mut drafts, |triangle| label(order[triangle as usize]));
+        }
+        drafts
+    }
+
+    /// The vertices of other tiles that border triangles have, by id; and what each corner is among own and these.
+    fn foreign_in_order(&self, of_border: &[u32]) -> (Vec<(VertexId, Point)>, Vec<u32>) {
+        let own = self.points.len();
+        let mut is_used = vec![false; self.foreign.len()];
+        for &corner in of_border.iter().flat_map(|&place| &self.triangles[place as usize]) {
+            if let Some(place) = (corner as usize).checked_sub(own) {
+                is_used[place] = true;
+            }
+        }
+        let mut used: Vec<usize> = (0..self.foreign.len()).filter(|&place| is_used[place]).collect();
+        used.sort_unstable_by_key(|&place| self.foreign[place].id);
+        let mut corner_now: Vec<u32> = (0..(own + self.foreign.len()) as u32).collect();
+        for (&place, number) in used.iter().zip(own as u32..) {
+            corner_now[own + place] = number;
+        }
+        let foreign = used
+            .iter()
+            .map(|&place| (self.foreign[place].id, self.foreign[place].point));
+        (foreign.collect(), corner_now)
+    }
+
+    /// The box around the tile's vertices and the corners of what belongs to it.
+    fn bounds(&self, places: &[u32]) -> Rect {
+        let owned = places.iter().filter(|&&place| self.owns(place));
+        let corners = owned.flat_map(|&place| self.triangles[place as usize].map(|corner| self.vertex(corner).point));
+        Rect::around(self.points.iter().copied().chain(corners))
+    }
+
+    fn put_sources(&self, drafts: &mut Drafts, side_now: impl Fn(u32) -> u32) {
+        let core_sides = 3 * drafts.border.core_triangles;
+        for (side, sources) in self.owned_constraints() {
+            let ends = [side, next_side(side)].map(|side| self.origin(side));
+            let other = match self.across(side) {
+                Across::Side(other) => other,
+                Across::Hull | Across::Elsewhere => side,
+            };
+            let [this, other] = [side_now(side), side_now(other)];
+            // They are kept as seen from the smaller corner, and written as seen along the smaller side.
+            let is_against = (ends[0] > ends[1]) != (other < this);
+            let in_core = this.max(other) < core_sides && this != other;
+            let list = if in_core {
+                &mut drafts.core.edge_sources
+            } else {
+                &mut drafts.border.edge_sources
+            };
+            list.extend(sources.iter().map(|source| {
+                let source = if is_against { source.reversed() } else { *source };
+                (this.min(other), source)
+            }));
+        }
+        drafts.core.edge_sources.sort_unstable();
+        drafts.border.edge_sources.sort_unstable();
+    }
+}
+
+impl Drafts {
+    /// What the directory is to know of the tile, but where it lies.
+    pub(super) fn entry(&self, before: &TileEntry, generation: u32) -> TileEntry {
+        TileEntry {
+            generation,
+            vertices: self.core.points.len() as u32,
+            core_triangles: self.core.triangles.len() as u32,
+            border_triangles: self.border.triangles.len() as u32,
+            owned_triangles: self.owned,
+            bounds: self.bounds,
+            ..*before
+        }
+    }
+}
+
+/// The smaller corner first; and whether they changed places.
+fn in_order([a, b]: [u32; 2]) -> ([u32; 2], bool) {
+    if a <= b { ([a, b], false) } else { ([b, a], true) }
+}
+
+/// A leaving side for each vertex of the tile that is a corner of the border but not of the core.
+fn vertex_sides(core: &CoreDraft, border: &BorderDraft) -> Vec<(u32, u32)> {
+    let mut has_one = vec![false; border.vertices as usize];
+    for &corner in core.triangles.as_flattened() {
+        has_one[corner as usize] = true;
+    }
+    let mut sides = Vec::new();
+    for (&corner, side) in border.triangles.as_flattened().iter().zip(3 * border.core_triangles..) {
+        if let Some(has_one) = has_one.get_mut(corner as usize)
+            && !*has_one
+        {
+            *has_one = true;
+            sides.push((corner, side));
+        }
+    }
+    sides.sort_unstable();
+    sides
+}
+
+/// Puts down which region each triangle is of: components of the core are connected within it, those of border triangles go
+/// by their region.
+fn put_regions(drafts: &mut Drafts, label: impl Fn(u32) -> Component) {
+    let core_count = drafts.core.triangles.len() as u32;
+    let mut of_core = super::super::components::of_core(&drafts.core);
+    let mut regions: Vec<Component> = Vec::new();
+    for (triangle, &component) in (0u32..).zip(&of_core) {
+        if component as usize == regions.len() {
+            regions.push(label(triangle));
+        }
+    }
+    let mut places: HashMap<u64, u32> = HashMap::new();
+    for (component, place) in regions.iter().zip(0u32..) {
+        places.entry(component.region).or_insert(place);
+    }
+    let of_border = (core_count..).zip(&drafts.border.triangles).map(|(triangle, _)| {
+        let component = label(triangle);
+        *places.entry(component.region).or_insert_with(|| {
+            regions.push(component);
+            regions.len() as u32 - 1
+        })
+    });
+    let mut of_border: Vec<u32> = of_border.collect();
+    for components in [&mut of_core, &mut of_border] {
+        if components.iter().all(|&component| component == 0) {
+            components.clear();
+        }
+    }
+    drafts.core.components = of_core;
+    drafts.border.components = of_border;
+    drafts.border.regions = regions;
+}
