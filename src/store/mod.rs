@@ -3,6 +3,7 @@
 //! Knows no triangulating. The format is written down in `schema/FORMAT.md`.
 
 mod cache;
+mod compact;
 mod digest;
 mod directory;
 mod edge_source;
@@ -22,6 +23,7 @@ mod verify;
 mod writer;
 
 pub use cache::{Cache, CacheStatistics};
+pub use compact::CompactError;
 pub use digest::{Digest, DigestSum};
 pub(crate) use directory::MAX_TILES;
 pub use directory::{Directory, Extent, TileEntry};

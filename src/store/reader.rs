@@ -303,6 +303,12 @@ impl TileReader {
         self.inner.entry(id)
     }
 
+    /// The bytes of the core or the border of a tile, unchecked.
+    pub(super) async fn read_extent(&self, id: TileId, entry: &TileEntry, extent: Extent) -> Result<Bytes, ReadError> {
+        let read = self.inner.source.read_at(extent.range()).await;
+        read.map_err(|error| self.inner.unreadable(id, entry, error))
+    }
+
     /// The error for a tile that contradicts its neighbours.
     pub(crate) fn damaged(&self, tile: TileId, reason: impl Into<String>) -> ReadError {
         self.inner.damaged(tile, reason.into())
@@ -328,14 +334,18 @@ impl Inner {
         }
     }
 
-    async fn load(self: Arc<Self>, id: TileId, entry: TileEntry) -> Result<Arc<Tile>, ReadError> {
-        let ranges = [entry.core, entry.border].map(Extent::range);
-        let read = self.source.read_many(&ranges).await;
-        let extents = read.map_err(|error| ReadError::Io {
+    fn unreadable(&self, id: TileId, entry: &TileEntry, error: io::Error) -> ReadError {
+        ReadError::Io {
             file: Arc::clone(&self.name),
             what: format!("tile {id} at byte {}", entry.core.offset),
             source: Arc::new(error),
-        })?;
+        }
+    }
+
+    async fn load(self: Arc<Self>, id: TileId, entry: TileEntry) -> Result<Arc<Tile>, ReadError> {
+        let ranges = [entry.core, entry.border].map(Extent::range);
+        let read = self.source.read_many(&ranges).await;
+        let extents = read.map_err(|error| self.unreadable(id, &entry, error))?;
         // Checksums and range checks take milliseconds, which the runtime's workers do not have.
         let opened = tokio::task::spawn_blocking(move || {
             let [core, border]: [Bytes; 2] = extents.try_into().expect("an answer for each range");

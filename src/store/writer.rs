@@ -94,8 +94,13 @@ impl<W: WriteAt> TileWriter<W> {
     /// Writes the directory, makes sure that everything is on the medium, and then writes the superblocks.
     ///
     /// Returns the length of the file.
-    pub(crate) async fn finish(mut self, directory: &Directory) -> io::Result<u64> {
-        let superblock = self.write_directory(directory, 1).await?;
+    pub(crate) async fn finish(self, directory: &Directory) -> io::Result<u64> {
+        self.finish_as(directory, 1).await
+    }
+
+    /// Likewise, for a file that was changed before, so that this is not its first generation.
+    pub(crate) async fn finish_as(mut self, directory: &Directory, generation: u64) -> io::Result<u64> {
+        let superblock = self.write_directory(directory, generation).await?;
         let block = superblock.encode();
         self.file.write_at(0, [&block[..], &block[..]].concat().into()).await?;
         self.file.sync().await?;

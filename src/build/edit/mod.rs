@@ -59,17 +59,17 @@ pub enum EditError {
     #[error("{file}: somebody else is changing it; try again later", file = .0.display())]
     Busy(PathBuf),
     /// The end of a line is no vertex.
-    #[error("line {line} has an end at {x} {y}, where the file has no vertex; build it with the line from the start", x = place.x, y = place.y)]
+    #[error("a line has an end at ({x}, {y}), where the file has no vertex; build it with the line from the start", x = place.x, y = place.y)]
     NoVertex {
-        /// The number of the line, among those that are new.
+        /// The number of the line.
         line: u64,
         /// The end.
         place: Point,
     },
     /// A line crosses a constraint.
     #[error(
-        "{}: its segment from {} {} to {} {} crosses that from {} {} to {} {}",
-        lines(*line, *other), piece[0].x, piece[0].y, piece[1].x, piece[1].y, edge[0].x, edge[0].y, edge[1].x, edge[1].y
+        "a line crosses a constraint: from ({}, {}) to ({}, {}), and from ({}, {}) to ({}, {}); let them meet in a vertex",
+        piece[0].x, piece[0].y, piece[1].x, piece[1].y, edge[0].x, edge[0].y, edge[1].x, edge[1].y
     )]
     Crossed {
         /// The line.
@@ -82,9 +82,9 @@ pub enum EditError {
         edge: [Point; 2],
     },
     /// A ring of an obstacle does not close.
-    #[error("the rings of obstacles do not close: one side of line {line} would lie deeper than itself")]
+    #[error("a ring of an obstacle does not close")]
     OpenRing {
-        /// A line of it.
+        /// The number of the ring.
         line: u64,
     },
     /// There are segments between record numbers, which a file does not know any more.
@@ -107,15 +107,6 @@ pub enum EditError {
     /// A defect of the program.
     #[error("internal error: {0}")]
     Internal(String),
-}
-
-/// Names two lines that cross.
-fn lines(line: EdgeSource, other: Option<EdgeSource>) -> String {
-    let name = |source: EdgeSource| format!("{} {}", source.kind(), source.number());
-    match other {
-        Some(other) => format!("{} crosses {}", name(line), name(other)),
-        None => format!("{} crosses another line", name(line)),
-    }
 }
 
 /// What an edit did.
@@ -179,22 +170,23 @@ impl Editor {
         })
     }
 
-    /// Adds a source of lines; those pushed afterwards are numbered from its first one on.
-    pub fn add_source(&mut self, name: &str, kind: LineKind, lines: u64) {
-        let first = self
-            .lines
-            .last()
-            .map_or(self.first_line, |last| last.first + last.lines);
-        let name = name.to_owned();
-        self.lines.push(LineSource {
-            name,
-            kind,
-            first,
-            lines,
-        });
+    /// The number that the first new line gets in the file.
+    #[must_use]
+    pub fn first_line(&self) -> u64 {
+        self.first_line
     }
 
-    /// Takes segments of the source that was added last; their lines are numbered from its first one on.
+    /// Says which files the lines come from, in the order of their numbers from 0 on.
+    pub fn add_sources(&mut self, sources: Vec<LineSource>) {
+        let first_line = self.first_line;
+        let numbered = sources.into_iter().map(|source| LineSource {
+            first: first_line + source.first,
+            ..source
+        });
+        self.lines.extend(numbered);
+    }
+
+    /// Takes segments; their lines are numbered from `first_line` on, among those that are new.
     ///
     /// # Errors
     /// If they are given by record numbers, or take more than a quarter of the memory.
@@ -263,8 +255,7 @@ pub(super) fn edit(
 ) -> Result<EditSummary, EditError> {
     let began = Instant::now();
     let mut tiles = Tiles::open(path, memory / 2)?;
-    let first_line = lines.first().map_or(0, |first| first.first);
-    let pieces = pieces(&mut tiles, segments, first_line)?;
+    let pieces = pieces(&mut tiles, segments)?;
     let mut inserting = Inserting::default();
     for piece in pieces {
         if stop.load(Ordering::Relaxed) {
@@ -305,11 +296,11 @@ pub(super) fn edit(
 
 /// Finds the vertices at the ends of segments. Pieces come in the order of a space-filling curve, so that those that cross the same
 /// tiles come together.
-fn pieces(tiles: &mut Tiles, segments: &[Segment], first_line: u64) -> Result<Vec<Piece>, EditError> {
+fn pieces(tiles: &mut Tiles, segments: &[Segment]) -> Result<Vec<Piece>, EditError> {
     let ends: Vec<(Point, u32)> = segments.iter().flat_map(|segment| segment.ends).zip(0u32..).collect();
     let tree = tiles.directory().tree.clone();
     let no_vertex = |place: Point, end: u32| EditError::NoVertex {
-        line: segments[(end / 2) as usize].source.number() - first_line,
+        line: segments[(end / 2) as usize].source.number(),
         place,
     };
     let mut of_tiles: Vec<(TileId, Point, u32)> = Vec::with_capacity(ends.len());

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use delaunay_tiles::build::{BuildError, Builder, Crossings};
+use delaunay_tiles::build::{BuildError, Builder, Crossings, Editor};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{PolySource, SegmentBatch, SegmentSource, SiteBatch, SiteSource};
 use delaunay_tiles::store::{LineKind, LineSource, VerifyError};
@@ -14,10 +14,10 @@ use crate::common;
 /// Crossings that a build tells of.
 const TOLD: usize = 10;
 
-/// Which lines and sites there are.
+/// Which lines there are.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Lines and sites")]
-pub struct LineArgs {
+pub struct LineFiles {
     /// Files of break lines, which do not block the way; each of these options may be given more than once
     #[arg(long, value_name = "FILE")]
     segments: Vec<PathBuf>,
@@ -27,6 +27,14 @@ pub struct LineArgs {
     /// Files of polygons (GeoJSON) whose interiors are holes; their rings block the way
     #[arg(long, value_name = "FILE")]
     obstacles: Vec<PathBuf>,
+}
+
+/// Which lines and sites there are.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Lines and sites")]
+pub struct LineArgs {
+    #[command(flatten)]
+    files: LineFiles,
     /// Files of sites: points with an id, as GeoJSON or text (x,y, and perhaps an id)
     #[arg(long, value_name = "FILE")]
     sites: Vec<PathBuf>,
@@ -105,11 +113,28 @@ impl LineRules {
     }
 }
 
+impl LineFiles {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        let files = [&self.segments, &self.walls, &self.obstacles];
+        files.iter().all(|files| files.is_empty())
+    }
+
+    /// Opens the files.
+    pub fn open(self) -> anyhow::Result<Lines> {
+        let args = LineArgs {
+            files: self,
+            sites: Vec::new(),
+            site_id: None,
+        };
+        args.open(&[])
+    }
+}
+
 impl LineArgs {
     /// Whether there are none, and none of the inputs of points has lines too.
     pub fn is_empty(&self, inputs: &[PathBuf]) -> bool {
-        let files = [&self.segments, &self.walls, &self.obstacles, &self.sites];
-        files.iter().all(|files| files.is_empty()) && !inputs.iter().any(|path| is_poly(path))
+        self.files.is_empty() && self.sites.is_empty() && !inputs.iter().any(|path| is_poly(path))
     }
 
     /// Whether some segments may be given by the record numbers of points.
@@ -118,7 +143,7 @@ impl LineArgs {
             let suffix = path.extension().map(|suffix| suffix.to_ascii_lowercase());
             suffix.is_some_and(|suffix| suffix == "u32" || suffix == "u64")
         };
-        self.segments.iter().chain(&self.walls).any(is_pairs) || inputs.iter().any(|path| is_poly(path))
+        self.files.segments.iter().chain(&self.files.walls).any(is_pairs) || inputs.iter().any(|path| is_poly(path))
     }
 
     /// Opens the files, and what of the inputs of points has lines too.
@@ -131,8 +156,11 @@ impl LineArgs {
                 source,
             });
         };
-        add(LineKind::BreakLine, Source::Files(SegmentSource::open(&self.segments)?));
-        add(LineKind::Wall, Source::Files(SegmentSource::open(&self.walls)?));
+        add(
+            LineKind::BreakLine,
+            Source::Files(SegmentSource::open(&self.files.segments)?),
+        );
+        add(LineKind::Wall, Source::Files(SegmentSource::open(&self.files.walls)?));
         let mut before = Some(0);
         for path in inputs {
             if !is_poly(path) {
@@ -152,7 +180,7 @@ impl LineArgs {
         }
         add(
             LineKind::Obstacle,
-            Source::Files(SegmentSource::open_obstacles(&self.obstacles)?),
+            Source::Files(SegmentSource::open_obstacles(&self.files.obstacles)?),
         );
         Ok(Lines {
             sets,
@@ -227,6 +255,16 @@ impl Lines {
         Ok((builder, self))
     }
 
+    /// Gives all of them to an editor.
+    pub fn feed_editor(mut self, mut editor: Editor) -> anyhow::Result<(Editor, Self)> {
+        let mut batch = SegmentBatch::default();
+        while let Some((kind, first)) = self.next_batch(&mut batch)? {
+            editor.push(kind, first, &batch)?;
+        }
+        editor.add_sources(self.sources());
+        Ok((editor, self))
+    }
+
     /// Segments that were read.
     pub fn segments(&self) -> u64 {
         let of_set = |set: &Set| match &set.source {
@@ -279,7 +317,7 @@ impl Lines {
     }
 
     /// Where a line comes from.
-    fn name(&self, line: u64) -> String {
+    pub fn name(&self, line: u64) -> String {
         let set = self.sets.iter().rev().find(|set| set.first <= line);
         let name = set.and_then(|set| match &set.source {
             Source::Files(files) => files.origin(line - set.first).map(|origin| origin.to_string()),

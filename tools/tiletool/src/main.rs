@@ -3,6 +3,8 @@
 mod against;
 mod build;
 mod common;
+mod compact;
+mod constrain;
 mod digest;
 mod export;
 mod generate;
@@ -36,6 +38,8 @@ Exit codes: 0 done, 1 failed, 2 wrong usage.";
 #[derive(Subcommand, Debug)]
 enum Command {
     Build(build::BuildArgs),
+    Constrain(constrain::ConstrainArgs),
+    Compact(compact::CompactArgs),
     Inspect(inspect::InspectArgs),
     Verify(verify::VerifyArgs),
     Digest(digest::DigestArgs),
@@ -46,6 +50,8 @@ enum Command {
 fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Build(args) => build::run(args),
+        Command::Constrain(args) => constrain::run(args),
+        Command::Compact(args) => compact::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Verify(args) => verify::run(args),
         Command::Digest(args) => digest::run(args),

@@ -1,0 +1,99 @@
+//! Writes a file anew without what edits have left behind: cores, borders and the directory, in the order of a new file.
+//!
+//! Tiles are copied as they are, checksums checked; so nothing is computed, and what a reader sees is the same.
+
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use bytes::Bytes;
+
+use super::{Extent, ReadError, TileEntry, TileId, TileReader, TileWriter};
+use crate::io::ThreadsFile;
+
+/// Why a file could not be written anew. What was there is still there.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CompactError {
+    /// The file cannot be read, or is damaged.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The system refused.
+    #[error("{file}: cannot {what}", file = file.display())]
+    Io {
+        /// The file that was to be written.
+        file: PathBuf,
+        /// What was to be done.
+        what: &'static str,
+        /// What the system says.
+        source: io::Error,
+    },
+}
+
+impl TileReader {
+    /// Writes the file anew, under this name, in the order of its tiles and without unused bytes. What has the name is replaced at once
+    /// when all is written; the file itself may be meant. Returns the length of the new file in bytes.
+    ///
+    /// Nobody must edit the file meanwhile.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is damaged, or the other cannot be written.
+    pub async fn compact(&self, output: impl AsRef<Path>) -> Result<u64, CompactError> {
+        let output = output.as_ref();
+        let cannot = |what: &'static str| {
+            move |source| CompactError::Io {
+                file: output.to_owned(),
+                what,
+                source,
+            }
+        };
+        let folder = match output.parent() {
+            Some(folder) if folder != Path::new("") => folder,
+            _ => Path::new("."),
+        };
+        let partial = tempfile::Builder::new()
+            .prefix(".compact-")
+            .suffix(".partial")
+            .permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666))
+            .tempfile_in(folder)
+            .map_err(cannot("make a file beside it"))?;
+        let file = partial.as_file().try_clone().map_err(cannot("write"))?;
+        let mut writer = TileWriter::new(ThreadsFile::from(Arc::new(file)));
+        let mut directory = self.directory().clone();
+        for (entry, id) in directory.tiles.iter_mut().zip(0..) {
+            let core = self.extent(TileId(id), entry, entry.core).await?;
+            entry.core = writer.append_core(&core).await.map_err(cannot("write"))?;
+        }
+        for (entry, id) in directory.tiles.iter_mut().zip(0..) {
+            let border = self.extent(TileId(id), entry, entry.border).await?;
+            entry.border = writer.append_border(&border).await.map_err(cannot("write"))?;
+        }
+        let finished = writer.finish_as(&directory, self.generation()).await;
+        let length = finished.map_err(cannot("write"))?;
+        if let Ok(before) = std::fs::metadata(output) {
+            // As before, not for its owner's eyes only.
+            let _ = partial.as_file().set_permissions(before.permissions());
+        }
+        partial
+            .persist(output)
+            .map_err(|error| cannot("replace")(error.error))?;
+        let folder = File::open(folder).and_then(|folder| folder.sync_all());
+        folder.map_err(cannot("sync the folder of"))?;
+        Ok(length)
+    }
+
+    /// The bytes of a core or a border, with the right checksum.
+    async fn extent(&self, tile: TileId, entry: &TileEntry, extent: Extent) -> Result<Bytes, CompactError> {
+        let bytes = self.read_extent(tile, entry, extent).await?;
+        let found = crc32c::crc32c(&bytes);
+        if found != extent.crc {
+            let reason = format!(
+                "the checksum at byte {} is {found:08x}, not {:08x}",
+                extent.offset, extent.crc
+            );
+            return Err(self.damaged(tile, reason).into());
+        }
+        Ok(bytes)
+    }
+}
