@@ -16,6 +16,8 @@ use super::border_log::BorderLog;
 use super::borders::RegionTotals;
 use super::budget::{self, Load, Shares};
 use super::conquest::{Conquest, ConquestLimits};
+use super::constrain::Deferral;
+use super::edit::{EditError, EditSummary, edit};
 use super::intake::{Points, Terms};
 use super::journal::{FinishedBlocks, JournalReader, SavedPlan};
 use super::leaf::LeafRules;
@@ -27,7 +29,7 @@ use super::prefetch::{self, Coming, Prefetched};
 use super::regions::HoleRules;
 use super::schedule::{BlockPoints, Board};
 use super::seeds::Seeds;
-use super::segments::{BlockSegments, SegmentSpool};
+use super::segments::{BlockSegments, Segment, SegmentSpool};
 use super::spill::{self, Block, Plan};
 use super::summary::{LevelSummary, Waits, phases};
 use super::work_folder::WorkFolder;
@@ -35,7 +37,10 @@ use super::{BuildError, BuildOptions, BuildSummary, Description, GENERATION, Til
 use crate::geometry::{Point, Rect};
 use crate::input::SiteId;
 use crate::io::{Buffers, ThreadsFile};
-use crate::store::{Directory, Extent, KdTree, Metadata, TileEntry};
+use crate::store::{CompactError, Directory, Extent, KdTree, Metadata, OpenOptions, TileEntry, TileReader};
+
+/// A file is written anew if more than one of so many parts of it was, for segments that were put off.
+const UNUSED_SHARE: u64 = 8;
 
 /// What the caller gave, beside points and segments.
 #[derive(Debug, Default)]
@@ -208,6 +213,7 @@ impl Assembly {
                 exterior: self.options.exterior_is_hole,
             },
             rules,
+            deferral: Arc::new(Deferral::new(self.options.memory)),
         });
         // Whoever drops this future stops the threads too.
         let _stop = StopOnDrop(&conquest.board);
@@ -268,7 +274,18 @@ impl Assembly {
         let [log_read, log_written] = conquest.log.lock().traffic();
         let core_bytes = bytes(&cores[first_tile as usize..]) + output.journal_bytes() + log_written;
         let border_bytes = bytes(borders);
-        let (file_bytes, finish_bytes) = output.finish(&directory).await?;
+        let (mut file_bytes, finish_bytes) = output.finish(&directory).await?;
+        let deferred = conquest.deferral.take();
+        let border_triangles = conquest.log.lock().triangle_count();
+        let starved = conquest.board.starved();
+        let edited = match deferred.is_empty() {
+            true => EditSummary::default(),
+            false => {
+                let edited = self.insert(&path, deferred.clone()).await?;
+                file_bytes = edited.file_bytes;
+                edited
+            }
+        };
         if self.options.progress.is_cancelled() {
             return Err(BuildError::Cancelled);
         }
@@ -285,13 +302,19 @@ impl Assembly {
                 .zip(of_part)
                 .for_each(|(level, part)| level.add(*part));
         }
-        let metadata = &directory.metadata;
+        let mut metadata = directory.metadata.clone();
+        if !deferred.is_empty() {
+            metadata.constraint_edges = edited.constraint_edges;
+            metadata.regions = edited.regions;
+            metadata.hole_regions = edited.hole_regions;
+            metadata.hole_triangles = edited.hole_triangles;
+        }
         Ok(BuildSummary {
             points: metadata.points,
             duplicates: metadata.duplicates,
             vertices: metadata.vertices,
             triangles: metadata.triangles,
-            border_triangles: conquest.log.lock().triangle_count(),
+            border_triangles,
             hull_edges: metadata.hull_edges,
             ends: metadata.ends,
             constraint_edges: metadata.constraint_edges,
@@ -301,12 +324,13 @@ impl Assembly {
             hole_regions: metadata.hole_regions,
             hole_triangles: metadata.hole_triangles,
             held_triangles: found.blocks.iter().map(|block| block.held_triangles).sum(),
+            deferred_segments: deferred.len() as u64,
             tiles: directory.tiles.len() as u64,
             file_bytes,
             blocks: blocks.len() as u64,
             resumed_blocks: resumed_blocks.into(),
             waits: Waits {
-                computing_for_blocks: conquest.board.starved(),
+                computing_for_blocks: starved,
                 computing_for_writing: found.waited_to_write,
                 blocks_for_computing: prefetched.waited,
             },
@@ -368,6 +392,28 @@ impl Assembly {
             conquest.limits.has_journal,
         )
         .await
+    }
+
+    /// Inserts the segments that were put off into the file, which has no name yet.
+    async fn insert(&self, path: &Path, segments: Vec<Segment>) -> Result<EditSummary, BuildError> {
+        let _span = tracing::debug_span!("insert", segments = segments.len()).entered();
+        let (progress, folder) = (Arc::clone(&self.options.progress), Arc::clone(&self.folder));
+        // The thread holds the folder's lock too: it may outlive this future.
+        let is_cancelled = move || {
+            let _ = &folder;
+            progress.is_cancelled()
+        };
+        let mut edited = edit(path.to_owned(), segments, Vec::new(), self.options.memory, is_cancelled).await?;
+        if edited.bytes_appended > edited.file_bytes / UNUSED_SHARE {
+            let reader = TileReader::open(path, OpenOptions::default().memory(self.options.memory)).await;
+            let reader = reader.map_err(EditError::Read)?;
+            let compacted = reader.compact(path).await;
+            edited.file_bytes = compacted.map_err(|error| match error {
+                CompactError::Read(error) => EditError::Read(error).into(),
+                CompactError::Io { what, source, .. } => BuildError::io(path, what, source),
+            })?;
+        }
+        Ok(edited)
     }
 
     fn journal(

@@ -18,7 +18,7 @@ use super::pipeline::on_threads;
 use super::regions::{RegionFinder, Regions, TileLinks};
 use super::{BuildError, GENERATION, TileState};
 use crate::io::Buffers;
-use crate::store::{TileId, by_tile};
+use crate::store::{Component, TileId, by_tile};
 
 /// The regions of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,7 +44,8 @@ pub(super) fn write_borders(
     seeded.sort_unstable();
     let seeded = Seeded::of(&seeded);
     let mut kept = VecDeque::new();
-    let regions = match conquest.rules.has_regions {
+    let is_whole = conquest.deferral.is_empty();
+    let regions = match conquest.rules.has_regions && is_whole {
         true => Some(find_regions(&mut log, tiles, conquest, &seeded, threads, &mut kept)?),
         false => None,
     };
@@ -91,7 +92,11 @@ pub(super) fn write_borders(
                     all,
                     seeded: seeded.of_tile(tile),
                 });
-                let border = assemble(tile, state, &group, mesh, its_regions);
+                let mut border = assemble(tile, state, &group, mesh, its_regions);
+                if !is_whole {
+                    // Components of the core must be there; what they are is found out when all lines are in.
+                    border.draft.regions = vec![Component::default(); state.components as usize];
+                }
                 take(state, &border);
                 {
                     let mut totals = totals.lock();

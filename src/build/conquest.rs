@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use bytes::Bytes;
@@ -9,7 +10,7 @@ use parking_lot::Mutex;
 
 use super::border_log::BorderLog;
 use super::budget::{HELD_WORK_BYTES, SEAM_WORK_BYTES};
-use super::constrain::{Crossed, Final};
+use super::constrain::{Crossed, Deferral, Final};
 use super::crossings::{FirstCrossings, LeafLines, in_leaves};
 use super::divide::{Division, divide};
 use super::growth::SeamGrowth;
@@ -42,6 +43,8 @@ pub(super) struct Conquest {
     pub(super) buffers: Buffers,
     pub(super) rules: LeafRules,
     pub(super) holes: HoleRules,
+    /// Segments that are put off until the file is there.
+    pub(super) deferral: Arc<Deferral>,
 }
 
 /// What conquest must keep to, and what it knows of its input.
@@ -94,7 +97,11 @@ impl Conquest {
     where
         F: FnMut(u32, Bytes) -> Result<(), Closed>,
     {
-        let mut workspace = Workspace::new(self.options.engine.create(), self.buffers.clone());
+        let mut workspace = Workspace::new(
+            self.options.engine.create(),
+            self.buffers.clone(),
+            Arc::clone(&self.deferral),
+        );
         while let Some(task) = self.board.take() {
             let done = match task {
                 Task::Divide { block, threads } => self.divide(block, threads),

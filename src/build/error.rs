@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::crossings::{Crossing, KEPT, SplitError};
+use super::edit::EditError;
 use crate::geometry::Point;
 use crate::store::EdgeSource;
 
@@ -316,6 +317,21 @@ impl BuildError {
             path: path.to_owned(),
             what,
             source,
+        }
+    }
+}
+
+impl From<EditError> for BuildError {
+    fn from(error: EditError) -> Self {
+        match error {
+            EditError::Io { file, what, source } => Self::io(&file, what, source),
+            EditError::OpenRing { line } => Self::OpenRing { obstacle: line },
+            EditError::Memory { needed, allowed } => Self::Regions {
+                needed,
+                budget: allowed,
+            },
+            EditError::Cancelled => Self::Cancelled,
+            other => Self::Internal(format!("segments could not be inserted at the end: {other}")),
         }
     }
 }

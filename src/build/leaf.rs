@@ -171,7 +171,8 @@ pub(super) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &L
     };
     if rules.has_regions {
         let mut components = Components::of(&core, &open_sides);
-        if rules.has_holes {
+        // Where lines are put off, rings do not close yet; regions are found when all is there.
+        if rules.has_holes && workspace.deferral.is_empty() {
             components
                 .anchor(&core, &core.edge_sources)
                 .map_err(LeafError::OpenRing)?;

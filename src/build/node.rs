@@ -4,7 +4,9 @@
 //! vertices that the levels above need. A triangle is settled if its closed circumdisc lies strictly inside the cell, so
 //! that no vertex of another cell can remove it. (Wu, section 3.3, calls it safe.)
 
-use super::constrain::{Pending, Piece};
+use std::sync::Arc;
+
+use super::constrain::{Deferral, Pending, Piece};
 use crate::geometry::{Point, Rect, disc_strictly_inside};
 use crate::io::Buffers;
 use crate::mesh::{Engine, Inserter, Triangulation, smallest_first};
@@ -48,6 +50,8 @@ pub(super) struct Workspace {
     /// For each point its place in the seam, or [`u32::MAX`].
     in_seam: Vec<u32>,
     pub(super) inserter: Inserter,
+    /// Which segments are put off.
+    pub(super) deferral: Arc<Deferral>,
     /// The bits of the sides of each triangle of a leaf's mesh; or nothing.
     pub(super) side_bits: Vec<u8>,
     /// The constraint edges of a leaf that are done, in order, once for each source.
@@ -72,13 +76,14 @@ pub(super) enum Fate {
 }
 
 impl Workspace {
-    pub(super) fn new(engine: Box<dyn Engine>, buffers: Buffers) -> Self {
+    pub(super) fn new(engine: Box<dyn Engine>, buffers: Buffers, deferral: Arc<Deferral>) -> Self {
         Self {
             engine,
             mesh: Triangulation::default(),
             fates: Vec::new(),
             in_seam: Vec::new(),
             inserter: Inserter::default(),
+            deferral,
             side_bits: Vec::new(),
             edges: Vec::new(),
             core: CoreDraft::default(),

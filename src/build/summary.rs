@@ -35,6 +35,8 @@ pub struct BuildSummary {
     pub hole_triangles: u64,
     /// Triangles that were final in their tile, but went up, since a segment crosses them that goes on in other tiles.
     pub held_triangles: u64,
+    /// Segments that would have held too many: they were inserted at the end, into the file.
+    pub deferred_segments: u64,
     /// Tiles of the file.
     pub tiles: u64,
     /// Bytes of the file.

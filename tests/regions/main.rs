@@ -164,15 +164,18 @@ impl Input {
 type Way = (usize, usize, usize, u64);
 
 const ENOUGH: u64 = 1 << 30;
-const WAYS: [Way; 4] = [
+const WAYS: [Way; 5] = [
     (4, 8, 1, ENOUGH),
+    // What lines hold is more than a leaf may hold of so little, so some are put off.
+    (40, 1 << 16, 2, 1 << 20),
     (9, 1 << 16, 2, ENOUGH),
     (40, 100, 3, ENOUGH),
     (1 << 16, 1 << 16, 1, ENOUGH),
 ];
 
 /// Builds in several ways, and compares with what a search in core finds.
-fn check(input: &Input, ways: &[Way]) {
+fn check(input: &Input, ways: &[Way]) -> u64 {
+    let mut deferred = 0;
     let expected = Expected::of(input);
     runtime().block_on(async {
         let mut digests = Vec::new();
@@ -186,6 +189,7 @@ fn check(input: &Input, ways: &[Way]) {
                 ..BuildOptions::default()
             };
             let summary = input.build(&scratch, options).await.unwrap();
+            deferred += summary.deferred_segments;
             let reader = scratch.open().await;
             let counts = [summary.regions, summary.hole_regions, summary.hole_triangles];
             compare(&expected, &reader, counts).await;
@@ -218,6 +222,7 @@ fn check(input: &Input, ways: &[Way]) {
         }
         assert!(digests.windows(2).all(|pair| pair[0] == pair[1]), "{digests:?}");
     });
+    deferred
 }
 
 /// Compares a file, and the regions, holes and triangles in these that were counted.
@@ -473,4 +478,35 @@ proptest! {
         input.seeds = seeds.into_iter().map(|(x, y)| Point::new(f64::from(x) * 0.75, f64::from(y) * 0.75)).collect();
         check(&input, &[(4, 8, 1, ENOUGH), (11, 1 << 16, 2, ENOUGH)]);
     }
+}
+
+#[test]
+fn rings_that_are_put_off() {
+    use LineKind::{BreakLine, Obstacle, Wall};
+    let mut random = Random(11);
+    let mut place = || Point::new(random.below(1000) as f64, random.below(1000) as f64);
+    let triangle = |kind, r: i32| {
+        let corners = [
+            (500 + r, 500),
+            (500 - r / 2, 500 + r),
+            (500 - r / 3, 500 - r),
+            (500 + r, 500),
+        ];
+        Line::new(kind, &corners)
+    };
+    let input = Input {
+        points: (0..900).map(|_| place()).collect(),
+        lines: vec![
+            triangle(Obstacle, 497),
+            triangle(Obstacle, 440),
+            triangle(Obstacle, 440),
+            triangle(Obstacle, 390).turned(),
+            triangle(BreakLine, 300),
+            triangle(Wall, 250),
+            triangle(Obstacle, 200),
+            Line::new(Wall, &[(0, 2), (999, 3)]),
+        ],
+        ..Input::default()
+    };
+    assert!(check(&input, &WAYS) > 0, "nothing was put off");
 }

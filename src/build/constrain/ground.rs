@@ -2,9 +2,11 @@
 
 use std::collections::HashMap;
 
+use super::deferral::{Deferral, put_off};
 use super::lines::Lines;
 use super::{Crossed, Open, Outcome, Pending, Piece};
 use crate::build::node::SeamVertex;
+use crate::build::segments::Segment;
 use crate::geometry::Point;
 use crate::mesh::{Constrained, Inserter, NONE, Step, Triangulation, next_side};
 use crate::store::LineKind;
@@ -56,14 +58,16 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// Inserts what can go in, and holds what the rest needs, which goes up.
+    /// Inserts what can go in, and holds what the rest needs, which goes up; but no more than `limit` triangles: the rest is put
+    /// off.
     pub(super) fn constrain(
         &mut self,
         inserter: &mut Inserter,
         lines: Lines,
+        (deferral, limit): (&Deferral, usize),
         vertex: impl Fn(u32) -> SeamVertex,
     ) -> Result<Outcome, Crossed> {
-        let Lines { mut pieces, open } = lines;
+        let Lines { mut pieces, mut open } = lines;
         sort(&mut pieces);
         let (mut rest, mut done) = (Vec::new(), Vec::new());
         for along in pieces.chunk_by(|a, b| a.ends == b.ends) {
@@ -71,22 +75,42 @@ impl<'a> Ground<'a> {
         }
         sort(&mut rest);
         sort(&mut done);
+        let held = self.hold_for(inserter, &rest, &open)?;
+        if self.held.iter().filter(|held| **held).count() > limit {
+            self.put_off(&put_off(&held, limit), deferral, &mut rest, &mut open);
+            self.held.fill(false);
+            self.hold_for(inserter, &rest, &open)?;
+        }
+        let pending = self.pending(rest, open, vertex);
+        Ok(Outcome { done, pending })
+    }
+
+    /// Holds what pieces and segments cross that cannot go in yet. Returns how many triangles each crosses, pieces between the same
+    /// vertices together.
+    fn hold_for(&mut self, inserter: &mut Inserter, rest: &[Piece], open: &[Open]) -> Result<Vec<usize>, Crossed> {
+        let mut crossed = Vec::new();
         for along in rest.chunk_by(|a, b| a.ends == b.ends) {
             let [mut at, to] = along[0].ends;
+            let mut count = 0;
             while at != to {
-                at = match self.hold_from(inserter, at, self.point(to))? {
-                    Some(vertex) => vertex,
+                let next = self.hold_from(inserter, at, self.point(to))?;
+                count += inserter.crossed().len();
+                match next {
+                    Some(vertex) => at = vertex,
                     None => break,
-                };
+                }
             }
+            crossed.push(count);
         }
-        for Open { segment, run } in &open {
+        for Open { segment, run } in open {
             let [a, b] = segment.ends;
+            let mut count = 0;
             match run {
                 Some([first, last]) => {
                     for (&vertex, end) in [(first, a), (last, b)] {
                         if self.point(vertex) != end {
                             self.hold_from(inserter, vertex, end)?;
+                            count += inserter.crossed().len();
                         }
                     }
                 }
@@ -94,12 +118,42 @@ impl<'a> Ground<'a> {
                     let step = inserter.enter(self.points, &self.mesh, [a, b]);
                     if step.map_err(|edge| self.crossed([a, b], edge))?.is_some() {
                         self.hold(inserter.crossed());
+                        count += inserter.crossed().len();
                     }
                 }
             }
+            crossed.push(count);
         }
-        let pending = self.pending(rest, open, vertex);
-        Ok(Outcome { done, pending })
+        Ok(crossed)
+    }
+
+    /// Puts pieces and segments off; they come as in [`hold_for`](Self::hold_for).
+    fn put_off(&self, is_off: &[bool], deferral: &Deferral, rest: &mut Vec<Piece>, open: &mut Vec<Open>) {
+        let mut kept = Vec::with_capacity(rest.len());
+        let groups: Vec<&[Piece]> = rest.chunk_by(|a, b| a.ends == b.ends).collect();
+        let (of_rest, of_open) = is_off.split_at(groups.len());
+        for (along, is_off) in groups.into_iter().zip(of_rest) {
+            if !is_off {
+                kept.extend_from_slice(along);
+                continue;
+            }
+            for copies in along.chunk_by(|a, b| a == b) {
+                let Piece { ends, source } = copies[0];
+                let ends = ends.map(|vertex| self.point(vertex));
+                deferral.add(Segment { ends, source }, copies.len());
+            }
+        }
+        *rest = kept;
+        let mut copies: HashMap<_, usize> = HashMap::new();
+        for (open, _) in open.iter().zip(of_open).filter(|(_, is_off)| **is_off) {
+            *copies.entry(open.segment.key()).or_default() += 1;
+        }
+        for open in open.iter() {
+            if let Some(&copies) = copies.get(&open.segment.key()) {
+                deferral.add(open.segment, copies);
+            }
+        }
+        open.retain(|open| !copies.contains_key(&open.segment.key()));
     }
 
     /// Inserts pieces that have the same ends, and notes each part of them: as done, or as the rest that cannot go in.

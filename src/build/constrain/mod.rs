@@ -22,6 +22,7 @@
 //! same, so that whichever triangle comes to lie there is marked too. Once both are, the edge is done, and so is the piece:
 //! its source is noted with the edge, in one node only.
 
+mod deferral;
 mod ground;
 mod lines;
 
@@ -32,6 +33,7 @@ use super::segments::Segment;
 use crate::geometry::Point;
 use crate::mesh::{NONE, Triangulation};
 use crate::store::{EdgeSource, TileId, VertexId};
+pub(super) use deferral::Deferral;
 use ground::Ground;
 use lines::Lines;
 
@@ -152,9 +154,11 @@ pub(super) fn constrain_leaf(
         id: VertexId { tile, index },
         point: points[index as usize],
     };
-    let inserter = &mut workspace.inserter;
-    let lines = Lines::of_leaf(&ground, inserter, its.iter().map(|&segment| segments[segment as usize]));
-    let outcome = lines.and_then(|lines| ground.constrain(inserter, lines, vertex));
+    let Workspace { inserter, deferral, .. } = workspace;
+    let limit = if is_root { usize::MAX } else { deferral.leaf_limit() };
+    let its = its.iter().map(|&segment| segments[segment as usize]);
+    let lines = Lines::of_leaf(&ground, inserter, its.filter(|segment| !deferral.has(segment)));
+    let outcome = lines.and_then(|lines| ground.constrain(inserter, lines, (deferral, limit), vertex));
     for (fate, held) in workspace.fates.iter_mut().zip(&ground.held) {
         if *held {
             *fate = Fate::Held;
@@ -213,7 +217,8 @@ pub(super) fn constrain_node(
             fixed.push(bits);
         }
         pieces.extend(child.pieces.iter().map(|piece| piece.renumbered(place)));
-        runs.extend(child.open.iter().map(|open| open.renumbered(place)));
+        let runs_on = child.open.iter().filter(|open| !workspace.deferral.has(&open.segment));
+        runs.extend(runs_on.map(|open| open.renumbered(place)));
     }
     let points: Vec<Point> = vertices.iter().map(|v| v.point).collect();
     let lines = Lines::of_children(pieces, runs, &points);
@@ -225,7 +230,9 @@ pub(super) fn constrain_node(
     };
     let mut ground = Ground::new(&points, mesh, fixed, settled, is_root, is_whole);
     let vertex = |index: u32| vertices[index as usize];
-    let Outcome { done, pending } = ground.constrain(&mut workspace.inserter, lines, vertex)?;
+    let Workspace { inserter, deferral, .. } = workspace;
+    let limit = if is_root { usize::MAX } else { deferral.node_limit() };
+    let Outcome { done, pending } = ground.constrain(inserter, lines, (deferral, limit), vertex)?;
     let (mesh, fixed) = ground.mesh.into_parts();
     let states = ground.settled.iter().zip(&ground.held);
     let all = mesh.triangles.iter().zip(fixed).zip(states);

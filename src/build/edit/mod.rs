@@ -222,18 +222,30 @@ impl Editor {
             segments,
             ..
         } = self;
-        let stop = Arc::new(AtomicBool::new(false));
-        let _stop = StopOnDrop(Arc::clone(&stop));
-        let (reply, done) = oneshot::channel();
-        let work = move || {
-            // If nobody waits for the answer any more, nobody needs it.
-            let _ = reply.send(edit(&path, &segments, &lines, memory, &stop));
-        };
-        let thread = thread::Builder::new().name("tile-edit".to_owned()).spawn(work);
-        thread.map_err(|error| EditError::Internal(format!("cannot start a thread: {error}")))?;
-        let gone = |_| EditError::Internal("the editing thread is gone".to_owned());
-        done.await.map_err(gone)?
+        edit(path, segments, lines, memory, || false).await
     }
+}
+
+/// Makes segments constraints of a file, on a thread of its own. Lines that are new are entered in its directory.
+pub(super) async fn edit(
+    path: PathBuf,
+    segments: Vec<Segment>,
+    lines: Vec<LineSource>,
+    memory: u64,
+    is_cancelled: impl Fn() -> bool + Send + 'static,
+) -> Result<EditSummary, EditError> {
+    let stop = StopOnDrop(Arc::new(AtomicBool::new(false)));
+    let stopped = Arc::clone(&stop.0);
+    let (reply, done) = oneshot::channel();
+    let work = move || {
+        let is_stopped = || stopped.load(Ordering::Relaxed) || is_cancelled();
+        // If nobody waits for the answer any more, nobody needs it.
+        let _ = reply.send(edit_here(&path, &segments, &lines, memory, &is_stopped));
+    };
+    let thread = thread::Builder::new().name("tile-edit".to_owned()).spawn(work);
+    thread.map_err(|error| EditError::Internal(format!("cannot start a thread: {error}")))?;
+    let gone = |_| EditError::Internal("the editing thread is gone".to_owned());
+    done.await.map_err(gone)?
 }
 
 /// Stops the thread when nobody waits for it any more.
@@ -245,27 +257,26 @@ impl Drop for StopOnDrop {
     }
 }
 
-/// Makes segments constraints of a file. Lines that are new are entered in its directory.
-pub(super) fn edit(
+fn edit_here(
     path: &Path,
     segments: &[Segment],
     lines: &[LineSource],
     memory: u64,
-    stop: &AtomicBool,
+    is_stopped: &dyn Fn() -> bool,
 ) -> Result<EditSummary, EditError> {
     let began = Instant::now();
     let mut tiles = Tiles::open(path, memory / 2)?;
     let pieces = pieces(&mut tiles, segments)?;
     let mut inserting = Inserting::default();
     for piece in pieces {
-        if stop.load(Ordering::Relaxed) {
+        if is_stopped() {
             return Err(EditError::Cancelled);
         }
         inserting.insert(&mut tiles, piece)?;
     }
     let tile_reads = tiles.loads;
-    let (labels, constraint_edges) = join(&mut tiles, memory, stop)?;
-    let hole_triangles = label(&mut tiles, &labels, stop)?;
+    let (labels, constraint_edges) = join(&mut tiles, memory, is_stopped)?;
+    let hole_triangles = label(&mut tiles, &labels, is_stopped)?;
     let (tiles_written, length_before) = (
         tiles.is_changed.iter().filter(|changed| **changed).count(),
         tiles.length(),
@@ -337,11 +348,11 @@ fn pieces(tiles: &mut Tiles, segments: &[Segment]) -> Result<Vec<Piece>, EditErr
 }
 
 /// Joins what lies side by side in all tiles. Returns also how many constraint edges there are.
-fn join(tiles: &mut Tiles, memory: u64, stop: &AtomicBool) -> Result<(Labels, u64), EditError> {
+fn join(tiles: &mut Tiles, memory: u64, is_stopped: &dyn Fn() -> bool) -> Result<(Labels, u64), EditError> {
     let metadata = tiles.directory().metadata.clone();
     let mut joining = Joining::new(&metadata);
     for id in (0..tiles.is_changed.len() as u32).map(TileId) {
-        if stop.load(Ordering::Relaxed) {
+        if is_stopped() {
             return Err(EditError::Cancelled);
         }
         if tiles.is_changed[id.0 as usize] {
@@ -364,10 +375,10 @@ fn join(tiles: &mut Tiles, memory: u64, stop: &AtomicBool) -> Result<(Labels, u6
 }
 
 /// Writes all tiles that were changed, and those in which a region changed. Returns how many triangles are in holes.
-fn label(tiles: &mut Tiles, labels: &Labels, stop: &AtomicBool) -> Result<u64, EditError> {
+fn label(tiles: &mut Tiles, labels: &Labels, is_stopped: &dyn Fn() -> bool) -> Result<u64, EditError> {
     let mut in_holes = 0;
     for id in (0..tiles.is_changed.len() as u32).map(TileId) {
-        if stop.load(Ordering::Relaxed) {
+        if is_stopped() {
             return Err(EditError::Cancelled);
         }
         let before = if tiles.is_changed[id.0 as usize] {

@@ -7,7 +7,7 @@
 //! Regions keep the numbers that they had, as far as these are still free, so that tiles that nothing has happened to need not
 //! be written again.
 
-use std::collections::HashMap;
+use foldhash::{HashMap, HashMapExt};
 
 use super::EditError;
 use super::tile::EditTile;

@@ -4,7 +4,7 @@
 //! that changes (Wu, Lemma 3.3.6); they are triangulated anew by themselves as in core, and each tile with a vertex of theirs
 //! takes the old ones out and the new ones in.
 
-use std::collections::HashMap;
+use foldhash::HashMap;
 
 use super::EditError;
 use super::tile::Incoming;

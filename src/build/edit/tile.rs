@@ -3,7 +3,7 @@
 //! Read from a [`Tile`], and turned into the drafts of a core and a border again. What was late when the tile was first
 //! written may be of the core now: triangles whose corners are all its own are.
 
-use std::collections::HashMap;
+use foldhash::{HashMap, HashMapExt};
 
 use crate::geometry::{Point, Rect};
 use crate::mesh::{NONE, next_side, prev_side};

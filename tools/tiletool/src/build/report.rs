@@ -23,6 +23,7 @@ pub(super) struct Output<'a> {
     hull_edges: u64,
     constraint_edges: u64,
     held_triangles: u64,
+    deferred_segments: u64,
     crossings: u64,
     regions: u64,
     hole_regions: u64,
@@ -104,6 +105,7 @@ impl<'a> Output<'a> {
             hull_edges: summary.hull_edges,
             constraint_edges: summary.constraint_edges,
             held_triangles: summary.held_triangles,
+            deferred_segments: summary.deferred_segments,
             crossings: summary.crossings,
             regions: summary.regions,
             hole_regions: summary.hole_regions,
@@ -167,6 +169,12 @@ pub(super) fn report(args: &BuildArgs, summary: &BuildSummary, read: &Read) -> S
             thousands(summary.constraint_edges),
             thousands(summary.ends),
             100.0 * share(summary.held_triangles, summary.triangles)
+        );
+    }
+    if summary.deferred_segments > 0 {
+        text += &format!(
+            "  late    {} segments would have held too many triangles, and were inserted at the end\n",
+            thousands(summary.deferred_segments)
         );
     }
     if summary.crossings > 0 {
