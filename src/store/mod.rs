@@ -21,7 +21,7 @@ mod tile;
 mod verify;
 mod writer;
 
-pub use cache::{Cache, CacheStatistics};
+pub use cache::{Cache, CacheStatistics, PinnedTile};
 pub use digest::{Digest, DigestSum};
 pub(crate) use directory::MAX_TILES;
 pub use directory::{Directory, Extent, TileEntry};
