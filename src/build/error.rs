@@ -324,7 +324,10 @@ impl BuildError {
 impl From<EditError> for BuildError {
     fn from(error: EditError) -> Self {
         match error {
-            EditError::Io { file, what, source } => Self::io(&file, what, source),
+            EditError::Io { file, what, source } => {
+                let source = io::Error::new(source.kind(), source);
+                Self::io(&file, what, source)
+            }
             EditError::OpenRing { line } => Self::OpenRing { obstacle: line },
             EditError::Memory { needed, allowed } => Self::Regions {
                 needed,

@@ -22,7 +22,8 @@ mod tile;
 mod verify;
 mod writer;
 
-pub use cache::{Cache, CacheStatistics};
+pub use cache::{Cache, CacheStatistics, PinnedTile};
+pub(crate) use cache::{EditCache, EditLease, EditPin, Failure, Weight};
 pub use compact::CompactError;
 pub use digest::{Digest, DigestSum};
 pub(crate) use directory::MAX_TILES;

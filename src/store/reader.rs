@@ -6,8 +6,9 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
+use super::cache::TileKey;
 use super::superblock::{FIRST_EXTENT, InForce, Superblock};
-use super::{Cache, Directory, Extent, FileId, Tile, TileEntry, TileId};
+use super::{Cache, Directory, Extent, FileId, PinnedTile, Tile, TileEntry, TileId};
 use crate::io::{ReadAt, ThreadsFile};
 
 /// Bytes of the cache that a reader makes for itself, if it may use eight times as much memory.
@@ -70,8 +71,8 @@ pub enum ReadError {
         /// Bytes allowed.
         allowed: u64,
     },
-    /// The runtime was shut down under the load.
-    #[error("the load was cancelled, because the runtime is shutting down")]
+    /// The load ended without a result.
+    #[error("the load was cancelled: its task panicked, or the runtime is shutting down")]
     Cancelled,
 }
 
@@ -259,8 +260,19 @@ impl TileReader {
     pub async fn tile(&self, id: TileId) -> Result<Arc<Tile>, ReadError> {
         let entry = *self.entry(id)?;
         let inner = Arc::clone(&self.inner);
-        let key = (self.file_id(), id);
+        let key = self.inner.key(id);
         self.inner.cache.get_or_load(key, || inner.load(id, entry)).await
+    }
+
+    /// One tile that stays in the cache as long as the answer lives: for those who come back to it.
+    ///
+    /// # Errors
+    /// As [`tile`](Self::tile).
+    pub async fn pin(&self, id: TileId) -> Result<PinnedTile, ReadError> {
+        let entry = *self.entry(id)?;
+        let inner = Arc::clone(&self.inner);
+        let key = self.inner.key(id);
+        self.inner.cache.pin_or_load(key, || inner.load(id, entry)).await
     }
 
     /// Starts to load a tile, in a task of its own that goes on while its consumer computes. It is taken from the cache, but
@@ -271,7 +283,7 @@ impl TileReader {
     ) -> impl Future<Output = Result<Arc<Tile>, ReadError>> + Send + 'static + use<> {
         let inner = Arc::clone(&self.inner);
         let load = tokio::spawn(async move {
-            if let Some(tile) = inner.cache.peek((inner.in_force.superblock.file_id, id)) {
+            if let Some(tile) = inner.cache.peek(inner.key(id)) {
                 return Ok(tile);
             }
             let entry = *inner.entry(id)?;
@@ -316,6 +328,14 @@ impl TileReader {
 }
 
 impl Inner {
+    fn key(&self, tile: TileId) -> TileKey {
+        TileKey {
+            file: self.in_force.superblock.file_id,
+            generation: self.in_force.superblock.generation,
+            tile,
+        }
+    }
+
     fn entry(&self, id: TileId) -> Result<&TileEntry, ReadError> {
         let tiles = &self.directory.tiles;
         tiles.get(id.0 as usize).ok_or_else(|| ReadError::NoSuchTile {

@@ -26,6 +26,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Instant;
 
+use tokio::runtime::Handle;
 use tokio::sync::oneshot;
 
 use super::segments::{SEGMENT_BYTES, Segment};
@@ -39,7 +40,7 @@ use tile::EditTile;
 use tiles::Tiles;
 
 /// Why a file could not be edited. It is as it was.
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EditError {
     /// It cannot be read.
@@ -53,7 +54,7 @@ pub enum EditError {
         /// What was to be done.
         what: &'static str,
         /// What the system says.
-        source: io::Error,
+        source: Arc<io::Error>,
     },
     /// Somebody else edits it.
     #[error("{file}: somebody else is changing it; try again later", file = .0.display())]
@@ -237,10 +238,11 @@ pub(super) async fn edit(
     let stop = StopOnDrop(Arc::new(AtomicBool::new(false)));
     let stopped = Arc::clone(&stop.0);
     let (reply, done) = oneshot::channel();
+    let runtime = Handle::current();
     let work = move || {
         let is_stopped = || stopped.load(Ordering::Relaxed) || is_cancelled();
         // If nobody waits for the answer any more, nobody needs it.
-        let _ = reply.send(edit_here(&path, &segments, &lines, memory, &is_stopped));
+        let _ = reply.send(edit_here(&path, &segments, &lines, memory, (&is_stopped, runtime)));
     };
     let thread = thread::Builder::new().name("tile-edit".to_owned()).spawn(work);
     thread.map_err(|error| EditError::Internal(format!("cannot start a thread: {error}")))?;
@@ -262,10 +264,10 @@ fn edit_here(
     segments: &[Segment],
     lines: &[LineSource],
     memory: u64,
-    is_stopped: &dyn Fn() -> bool,
+    (is_stopped, runtime): (&dyn Fn() -> bool, Handle),
 ) -> Result<EditSummary, EditError> {
     let began = Instant::now();
-    let mut tiles = Tiles::open(path, memory / 2)?;
+    let mut tiles = Tiles::open(path, memory / 2, runtime)?;
     let pieces = pieces(&mut tiles, segments)?;
     let mut inserting = Inserting::default();
     for piece in pieces {
@@ -274,9 +276,10 @@ fn edit_here(
         }
         inserting.insert(&mut tiles, piece)?;
     }
-    let tile_reads = tiles.loads;
+    let tile_reads = tiles.reads();
     let (labels, constraint_edges) = join(&mut tiles, memory, is_stopped)?;
-    let hole_triangles = label(&mut tiles, &labels, is_stopped)?;
+    let (regions, spanning, hole_regions) = (labels.regions, labels.spanning, labels.hole_regions);
+    let hole_triangles = label(&mut tiles, labels, is_stopped)?;
     let (tiles_written, length_before) = (
         tiles.is_changed.iter().filter(|changed| **changed).count(),
         tiles.length(),
@@ -284,9 +287,9 @@ fn edit_here(
     let file_bytes = tiles.publish(|directory| {
         let metadata = &mut directory.metadata;
         metadata.constraint_edges = constraint_edges;
-        metadata.regions = labels.regions;
-        metadata.spanning_regions = labels.spanning;
-        metadata.hole_regions = labels.hole_regions;
+        metadata.regions = regions;
+        metadata.spanning_regions = spanning;
+        metadata.hole_regions = hole_regions;
         metadata.hole_triangles = hole_triangles;
         metadata.lines.extend_from_slice(lines);
     })?;
@@ -296,8 +299,8 @@ fn edit_here(
         constraint_edges,
         tiles: tiles_written as u64,
         tile_reads,
-        regions: labels.regions,
-        hole_regions: labels.hole_regions,
+        regions,
+        hole_regions,
         hole_triangles,
         bytes_appended: file_bytes - length_before,
         file_bytes,
@@ -357,7 +360,7 @@ fn join(tiles: &mut Tiles, memory: u64, is_stopped: &dyn Fn() -> bool) -> Result
         }
         if tiles.is_changed[id.0 as usize] {
             let tile = tiles.get(id)?;
-            joining.take(tile, &Parts::of(tile), None)?;
+            joining.take(&tile, &Parts::of(&tile), None)?;
         } else {
             let before = tiles.read(id)?;
             let tile = EditTile::of(&before);
@@ -375,32 +378,32 @@ fn join(tiles: &mut Tiles, memory: u64, is_stopped: &dyn Fn() -> bool) -> Result
 }
 
 /// Writes all tiles that were changed, and those in which a region changed. Returns how many triangles are in holes.
-fn label(tiles: &mut Tiles, labels: &Labels, is_stopped: &dyn Fn() -> bool) -> Result<u64, EditError> {
+fn label(tiles: &mut Tiles, labels: Labels, is_stopped: &dyn Fn() -> bool) -> Result<u64, EditError> {
+    tiles.label(labels)?;
     let mut in_holes = 0;
     for id in (0..tiles.is_changed.len() as u32).map(TileId) {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
-        let before = if tiles.is_changed[id.0 as usize] {
-            None
-        } else {
-            Some(tiles.read(id)?)
-        };
-        let tile = match &before {
-            Some(before) => EditTile::of(before),
-            None => tiles.take(id)?,
-        };
-        let parts = Parts::of(&tile);
+        let tile = tiles.read(id)?;
+        if tiles.is_changed[id.0 as usize] {
+            in_holes += tile
+                .owned_triangles()
+                .filter(|&triangle| tile.is_hole(triangle))
+                .count() as u64;
+            continue;
+        }
+        let edit = EditTile::of(&tile);
+        let parts = Parts::of(&edit);
+        let Some(labels) = tiles.labels() else { continue };
+        // The places of a tile that is not changed are its triangles.
         let label = |place: u32| labels.of(id, &parts, place);
-        let (order, _) = tile.in_order();
-        in_holes += order
-            .iter()
-            .filter(|&&place| label(place).is_hole && tile.owns(place))
+        in_holes += tile
+            .owned_triangles()
+            .filter(|&triangle| label(triangle).is_hole)
             .count() as u64;
-        let is_same = |before: &crate::store::Tile| order.iter().all(|&place| before.component(place) == label(place));
-        if !before.is_some_and(|before| is_same(&before)) {
-            tiles.write_labelled(&tile, &label)?;
-            tiles.is_changed[id.0 as usize] = true;
+        if (0..tile.triangle_count()).any(|triangle| tile.component(triangle) != label(triangle)) {
+            tiles.write(edit)?;
         }
     }
     Ok(in_holes)

@@ -133,10 +133,9 @@ impl Inserting {
         }
         self.strip.clear();
         self.strip.push(tile.triangle(side));
+        let mut tile = tile;
         let mut gate = next_side(side);
-        let mut here = from.id.tile;
         loop {
-            let tile = tiles.get(here)?;
             if tile.is_constraint(gate) {
                 let ends = [gate, next_side(gate)].map(|side| tile.from(side));
                 return Err(crossed(tiles, line, ends, piece));
@@ -147,14 +146,13 @@ impl Inserting {
                 Across::Elsewhere => {
                     // The tile of an end of the edge has the triangle across.
                     let ends = [next_side(gate), gate].map(|side| tile.from(side).id);
-                    here = ends[0].tile;
-                    tiles.get(here)?.side_between(ends[0], ends[1])
+                    tile = tiles.get(ends[0].tile)?;
+                    tile.side_between(ends[0], ends[1])
                 }
             };
             let Some(entered) = entered else {
-                return Err(tiles.damaged(here, "a line between two vertices leaves the triangulation"));
+                return Err(tiles.damaged(tile.id, "a line between two vertices leaves the triangulation"));
             };
-            let tile = tiles.get(here)?;
             self.strip.push(tile.triangle(entered));
             let apex = tile.from(prev_side(entered));
             gate = match orient2d(line[0], line[1], apex.point) {
@@ -209,6 +207,7 @@ impl Inserting {
                 continue;
             };
             let apex = other.from(prev_side(side)).id;
+            drop(other);
             if apex.tile == id {
                 let linked = tiles.change(id)?.link(open, apex);
                 linked.map_err(|reason| tiles.damaged(id, reason))?;

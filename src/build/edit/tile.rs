@@ -19,7 +19,7 @@ const BEYOND: u32 = NONE - 1;
 const REMOVED: u8 = 1 << 7;
 
 /// A tile in memory, to be changed. Corners and sides are numbered as in a [`Tile`], but triangles come in any order.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct EditTile {
     pub(super) id: TileId,
     points: Vec<Point>,
@@ -51,8 +51,8 @@ pub(super) struct Drafts {
     pub(super) core: CoreDraft,
     pub(super) border: BorderDraft,
     /// Triangles that belong to the tile.
-    pub(super) owned: u32,
-    pub(super) bounds: Rect,
+    owned: u32,
+    bounds: Rect,
 }
 
 impl EditTile {
@@ -277,6 +277,9 @@ impl EditTile {
         let (ends, _) = in_order([side, next_side(side)].map(|side| self.origin(side)));
         self.sources.get(&ends).map_or(&[], Vec::as_slice)
     }
+
+    /// Says that it is to be written again, as it is.
+    pub(super) fn touch(&mut self) {}
 
     /// Takes triangles out, which it must have, and puts others in their place. Returns those sides of new ones that another
     /// triangle of the tile may lie across, which only other tiles can tell.
@@ -550,14 +553,36 @@ impl EditTile {
     }
 }
 
+/// What the directory is to know of a tile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Counts {
+    vertices: u32,
+    core_triangles: u32,
+    border_triangles: u32,
+    owned: u32,
+    bounds: Rect,
+}
+
 impl Drafts {
-    /// What the directory is to know of the tile, but where it lies.
-    pub(super) fn entry(&self, before: &TileEntry, generation: u32) -> TileEntry {
-        TileEntry {
-            generation,
+    pub(super) fn counts(&self) -> Counts {
+        Counts {
             vertices: self.core.points.len() as u32,
             core_triangles: self.core.triangles.len() as u32,
             border_triangles: self.border.triangles.len() as u32,
+            owned: self.owned,
+            bounds: self.bounds,
+        }
+    }
+}
+
+impl Counts {
+    /// The entry of the tile, but for where it lies.
+    pub(super) fn entry(self, before: &TileEntry, generation: u32) -> TileEntry {
+        TileEntry {
+            generation,
+            vertices: self.vertices,
+            core_triangles: self.core_triangles,
+            border_triangles: self.border_triangles,
             owned_triangles: self.owned,
             bounds: self.bounds,
             ..*before

@@ -1,56 +1,83 @@
-//! The tiles of a file while it is edited: those in work in memory, the least recently used ones written behind the end of the
-//! file when they were changed.
+//! The tiles of a file while it is edited: those in work in a cache, whose dirty ones are written behind the end of the file when
+//! they have to go.
 //!
 //! What is there is never overwritten: until the superblock says otherwise, the file is what it was.
 
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use bytes::Bytes;
-use futures::executor::block_on;
-use lru::LruCache;
+use futures::future::FutureExt;
+use tokio::runtime::Handle;
+use tokio::sync::Mutex;
 
 use super::EditError;
-use super::tile::{Drafts, EditTile};
+use super::regions::{Labels, Parts};
+use super::tile::EditTile;
 use crate::io::{Buffers, ReadAt, ThreadsFile};
-use crate::store::{Component, Directory, OpenOptions, ReadError, Tile, TileEntry, TileId, TileReader, TileWriter};
+use crate::store::{
+    Directory, EditCache, EditLease, EditPin, Failure, OpenOptions, ReadError, Tile, TileEntry, TileId, TileReader,
+    TileWriter, Weight,
+};
 
-/// The tiles of a file, to be changed.
+/// The tiles of a file, to be changed by one thread, which may wait for them; it is none of the runtime's.
 pub(super) struct Tiles {
+    runtime: Handle,
+    cache: EditCache<TileId, EditTile, EditError>,
+    disk: Arc<Disk>,
+    /// Tiles that were changed since the file was opened.
+    pub(super) is_changed: Vec<bool>,
+}
+
+/// The file, and where in it each tile lies now.
+struct Disk {
     path: PathBuf,
     reader: TileReader,
     file: ThreadsFile,
-    writer: TileWriter<ThreadsFile>,
-    /// Where each tile lies now.
-    entries: Vec<TileEntry>,
-    loaded: LruCache<TileId, Loaded>,
-    bytes: usize,
-    capacity: usize,
     generation: u32,
-    /// Tiles that were changed since the file was opened.
-    pub(super) is_changed: Vec<bool>,
+    state: Mutex<Written>,
+    /// What regions tiles are written with, once it is known.
+    labels: OnceLock<Labels>,
     buffers: Buffers,
-    pub(super) loads: u64,
-    pub(super) written: u64,
+    reads: AtomicU64,
 }
 
-struct Loaded {
-    tile: EditTile,
-    /// As it counts.
-    bytes: usize,
-    is_dirty: bool,
+struct Written {
+    writer: TileWriter<ThreadsFile>,
+    entries: Vec<TileEntry>,
+}
+
+impl Weight for EditTile {
+    fn weight(&self) -> usize {
+        self.byte_size()
+    }
+}
+
+impl Failure for EditError {
+    const CANCELLED: Self = Self::Cancelled;
+
+    fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cancelled)
+    }
+}
+
+impl From<ReadError> for EditError {
+    fn from(error: ReadError) -> Self {
+        Self::Read(error)
+    }
 }
 
 impl Tiles {
     /// Opens a file to edit it, which nobody else must do meanwhile; tiles in memory take up to `capacity` bytes.
-    pub(super) fn open(path: &Path, capacity: u64) -> Result<Self, EditError> {
+    pub(super) fn open(path: &Path, capacity: u64, runtime: Handle) -> Result<Self, EditError> {
         let cannot = |what: &'static str| {
             move |source| EditError::Io {
                 file: path.to_owned(),
                 what,
-                source,
+                source: Arc::new(source),
             }
         };
         let file = File::options()
@@ -60,171 +87,194 @@ impl Tiles {
             .map_err(cannot("open"))?;
         match file.try_lock() {
             Ok(()) => {}
-            Err(std::fs::TryLockError::WouldBlock) => return Err(EditError::Busy(path.to_owned())),
-            Err(std::fs::TryLockError::Error(error)) => return Err(cannot("lock")(error)),
+            Err(TryLockError::WouldBlock) => return Err(EditError::Busy(path.to_owned())),
+            Err(TryLockError::Error(error)) => return Err(cannot("lock")(error)),
         }
         let file = ThreadsFile::from(Arc::new(file));
         let name = path.display().to_string();
-        let reader = block_on(TileReader::open_source(file.clone(), &name, OpenOptions::default()))?;
+        let reader = runtime.block_on(TileReader::open_source(file.clone(), &name, OpenOptions::default()))?;
         let generation = u32::try_from(reader.generation() + 1);
-        let directory = reader.directory();
-        Ok(Self {
+        let entries = reader.directory().tiles.clone();
+        let disk = Arc::new(Disk {
             path: path.to_owned(),
-            writer: TileWriter::behind(file.clone(), reader.file_length()),
-            entries: directory.tiles.clone(),
-            loaded: LruCache::unbounded(),
-            bytes: 0,
-            capacity: capacity as usize,
             generation: generation.map_err(|_| EditError::Internal("the file was edited too often".to_owned()))?,
-            is_changed: vec![false; directory.tiles.len()],
+            state: Mutex::new(Written {
+                writer: TileWriter::behind(file.clone(), reader.file_length()),
+                entries,
+            }),
+            labels: OnceLock::new(),
             buffers: Buffers::default(),
-            loads: 0,
-            written: 0,
+            reads: AtomicU64::new(0),
             file,
             reader,
+        });
+        let theirs = Arc::clone(&disk);
+        let write_back = move |id, tile| Arc::clone(&theirs).write(id, tile).boxed();
+        Ok(Self {
+            runtime,
+            cache: EditCache::new(capacity as usize, write_back),
+            is_changed: vec![false; disk.reader.directory().tiles.len()],
+            disk,
         })
     }
 
-    /// The file as it was opened.
+    /// The directory of the file as it was opened.
     pub(super) fn directory(&self) -> &Directory {
-        self.reader.directory()
+        self.disk.reader.directory()
+    }
+
+    /// Bytes of the file as it was opened.
+    pub(super) fn length(&self) -> u64 {
+        self.disk.reader.file_length()
+    }
+
+    /// Tiles that were read so far.
+    pub(super) fn reads(&self) -> u64 {
+        self.disk.reads.load(Ordering::Relaxed)
     }
 
     /// The error for tiles that contradict each other.
     pub(super) fn damaged(&self, tile: TileId, reason: impl Into<String>) -> EditError {
-        self.reader.damaged(tile, reason).into()
+        self.disk.reader.damaged(tile, reason).into()
     }
 
-    /// A tile to look at or, after [`change`](Self::change), to change.
-    pub(super) fn get(&mut self, id: TileId) -> Result<&mut EditTile, EditError> {
-        if self.loaded.get(&id).is_none() {
-            let tile = EditTile::of(&self.read(id)?);
-            let bytes = tile.byte_size();
-            self.make_room(bytes)?;
-            self.bytes += bytes;
-            let loaded = Loaded {
-                tile,
-                bytes,
-                is_dirty: false,
-            };
-            self.loaded.put(id, loaded);
+    /// A tile to look at. It must be given back before it is changed, or it is copied.
+    pub(super) fn get(&self, id: TileId) -> Result<EditPin<TileId, EditTile, EditError>, EditError> {
+        let load = || Arc::clone(&self.disk).load(id);
+        self.runtime.block_on(self.cache.read(id, load))
+    }
+
+    /// A tile to change, one at a time.
+    pub(super) fn change(&mut self, id: TileId) -> Result<EditLease<'_, TileId, EditTile, EditError>, EditError> {
+        if let Some(is_changed) = self.is_changed.get_mut(id.0 as usize) {
+            *is_changed = true;
         }
-        match self.loaded.get_mut(&id) {
-            Some(loaded) => Ok(&mut loaded.tile),
-            None => Err(EditError::Internal("a tile that was just loaded is gone".to_owned())),
+        let load = || Arc::clone(&self.disk).load(id);
+        self.runtime.block_on(self.cache.edit(id, load))
+    }
+
+    /// A tile as it lies in the file.
+    pub(super) fn read(&self, id: TileId) -> Result<Tile, EditError> {
+        self.runtime.block_on(self.disk.read(id))
+    }
+
+    /// From now on tiles are written with their regions.
+    pub(super) fn label(&mut self, labels: Labels) -> Result<&Labels, EditError> {
+        // What has been written without them is written again, and what has not been written yet will be.
+        let changed = (0..self.is_changed.len()).filter(|&tile| self.is_changed[tile]);
+        let changed: Vec<TileId> = changed.map(|tile| TileId(tile as u32)).collect();
+        self.disk.labels.get_or_init(|| labels);
+        for id in changed {
+            self.change(id)?.touch();
+        }
+        self.runtime.block_on(self.cache.flush())?;
+        match self.disk.labels.get() {
+            Some(labels) => Ok(labels),
+            None => Err(EditError::Internal("there are no labels".to_owned())),
         }
     }
 
-    /// A tile that will be written again.
-    pub(super) fn change(&mut self, id: TileId) -> Result<&mut EditTile, EditError> {
-        self.get(id)?;
+    /// Writes a tile that is not in the cache.
+    pub(super) fn write(&mut self, tile: EditTile) -> Result<(), EditError> {
+        let id = tile.id;
         self.is_changed[id.0 as usize] = true;
-        // It may have grown since it was counted.
-        if let Some(loaded) = self.loaded.get_mut(&id) {
-            loaded.is_dirty = true;
-            let bytes = loaded.tile.byte_size();
-            self.bytes += bytes - loaded.bytes.min(bytes);
-            loaded.bytes = loaded.bytes.max(bytes);
-        }
-        self.get(id)
+        self.runtime.block_on(Arc::clone(&self.disk).write(id, Arc::new(tile)))
     }
 
-    /// The bytes of a tile as they lie in the file, checked.
-    pub(super) fn read(&mut self, id: TileId) -> Result<Tile, EditError> {
-        let Some(entry) = self.entries.get(id.0 as usize).copied() else {
-            return Err(self.damaged(id, "a vertex is of a tile that there is not"));
-        };
-        // What was gathered to be written must be there to be read.
-        block_on(self.writer.flush()).map_err(|error| self.cannot("write", error))?;
-        self.loads += 1;
-        let read = block_on(self.file.read_many(&[entry.core.range(), entry.border.range()]));
-        let read = read.map_err(|error| self.cannot("read", error))?;
-        let [core, border]: [Bytes; 2] = read
-            .try_into()
-            .map_err(|_| self.cannot("read", io::ErrorKind::Other.into()))?;
-        Tile::open(id, &entry, &core, &border).map_err(|reason| self.damaged(id, reason))
-    }
-
-    fn cannot(&self, what: &'static str, source: io::Error) -> EditError {
-        EditError::Io {
-            file: self.path.clone(),
-            what,
-            source,
-        }
-    }
-
-    /// Lets the least recently used tiles go until there is room for so many bytes.
-    fn make_room(&mut self, bytes: usize) -> Result<(), EditError> {
-        while self.bytes + bytes > self.capacity {
-            let Some((id, loaded)) = self.loaded.pop_lru() else {
-                break;
-            };
-            self.bytes -= loaded.bytes;
-            if loaded.is_dirty {
-                // Its regions are put down at the end.
-                self.write(id, &loaded.tile.drafts(None))?;
-            }
-        }
-        Ok(())
-    }
-
-    /// A tile that is to be written by other means: it is in memory no more.
-    pub(super) fn take(&mut self, id: TileId) -> Result<EditTile, EditError> {
-        match self.loaded.pop(&id) {
-            Some(loaded) => {
-                self.bytes -= loaded.bytes;
-                Ok(loaded.tile)
-            }
-            None => Ok(EditTile::of(&self.read(id)?)),
-        }
-    }
-
-    /// Bytes of the file when it was opened.
-    pub(super) fn length(&self) -> u64 {
-        self.reader.file_length()
-    }
-
-    /// Writes a tile with its regions.
-    pub(super) fn write_labelled(
-        &mut self,
-        tile: &EditTile,
-        label: &dyn Fn(u32) -> Component,
-    ) -> Result<(), EditError> {
-        self.write(tile.id, &tile.drafts(Some(label)))
-    }
-
-    fn write(&mut self, id: TileId, drafts: &Drafts) -> Result<(), EditError> {
-        let core = drafts.core.encode(id, self.generation, &self.buffers);
-        let border = drafts.border.encode(id, self.generation, &self.buffers);
-        let written = block_on(async {
-            let core = self.writer.append_core(&core).await?;
-            Ok((core, self.writer.append_border(&border).await?))
-        });
-        let (core, border) = written.map_err(|error| self.cannot("write", error))?;
-        self.written += 1;
-        let entry = drafts.entry(&self.entries[id.0 as usize], self.generation);
-        self.entries[id.0 as usize] = TileEntry { core, border, ..entry };
-        Ok(())
+    /// What the labels of a file are.
+    pub(super) fn labels(&self) -> Option<&Labels> {
+        self.disk.labels.get()
     }
 
     /// Makes the file what its tiles are now, with a directory that `change` adapts. Returns its length.
     pub(super) fn publish(self, change: impl FnOnce(&mut Directory)) -> Result<u64, EditError> {
-        let mut directory = self.reader.directory().clone();
-        directory.tiles = self.entries;
+        let Self {
+            runtime, cache, disk, ..
+        } = self;
+        tracing::debug!(cache = %cache.statistics(), "edited");
+        // It has the file too.
+        drop(cache);
+        let gone = |_| EditError::Internal("a tile is still being written".to_owned());
+        let disk = Arc::try_unwrap(disk).map_err(gone)?;
+        let Written { writer, entries } = disk.state.into_inner();
+        let mut directory = disk.reader.directory().clone();
+        directory.tiles = entries;
         change(&mut directory);
-        let before = self.reader.in_force();
-        let path = self.path;
-        let done = block_on(self.writer.replace(&directory, before));
+        let path = disk.path;
+        let done = runtime.block_on(writer.replace(&directory, disk.reader.in_force()));
         done.map_err(|source| EditError::Io {
             file: path,
             what: "finish",
-            source,
+            source: Arc::new(source),
         })
     }
 }
 
-impl From<ReadError> for EditError {
-    fn from(error: ReadError) -> Self {
-        Self::Read(error)
+impl Disk {
+    fn cannot(&self, what: &'static str, source: io::Error) -> EditError {
+        EditError::Io {
+            file: self.path.clone(),
+            what,
+            source: Arc::new(source),
+        }
     }
+
+    async fn read(&self, id: TileId) -> Result<Tile, EditError> {
+        let entry = {
+            let mut state = self.state.lock().await;
+            // What was gathered to be written must be there to be read.
+            let flushed = state.writer.flush().await;
+            flushed.map_err(|error| self.cannot("write", error))?;
+            state.entries.get(id.0 as usize).copied()
+        };
+        let damaged = |reason: String| EditError::from(self.reader.damaged(id, reason));
+        let entry = entry.ok_or_else(|| damaged("a vertex is of a tile that there is not".to_owned()))?;
+        self.reads.fetch_add(1, Ordering::Relaxed);
+        let read = self.file.read_many(&[entry.core.range(), entry.border.range()]).await;
+        let read = read.map_err(|error| self.cannot("read", error))?;
+        let [core, border]: [Bytes; 2] = read
+            .try_into()
+            .map_err(|_| self.cannot("read", io::ErrorKind::Other.into()))?;
+        Tile::open(id, &entry, &core, &border).map_err(damaged)
+    }
+
+    async fn load(self: Arc<Self>, id: TileId) -> Result<Arc<EditTile>, EditError> {
+        let tile = self.read(id).await?;
+        computed(move || Arc::new(EditTile::of(&tile))).await
+    }
+
+    async fn write(self: Arc<Self>, id: TileId, tile: Arc<EditTile>) -> Result<(), EditError> {
+        let this = Arc::clone(&self);
+        let (drafts, core, border) = computed(move || {
+            let drafts = match this.labels.get() {
+                Some(labels) => {
+                    let parts = Parts::of(&tile);
+                    tile.drafts(Some(&|place| labels.of(id, &parts, place)))
+                }
+                None => tile.drafts(None),
+            };
+            let core = drafts.core.encode(id, this.generation, &this.buffers);
+            let border = drafts.border.encode(id, this.generation, &this.buffers);
+            (drafts.counts(), core, border)
+        })
+        .await?;
+        let mut state = self.state.lock().await;
+        let written = async {
+            let core = state.writer.append_core(&core).await?;
+            Ok((core, state.writer.append_border(&border).await?))
+        };
+        let (core, border) = written.await.map_err(|error| self.cannot("write", error))?;
+        let entry = drafts.entry(&state.entries[id.0 as usize], self.generation);
+        state.entries[id.0 as usize] = TileEntry { core, border, ..entry };
+        Ok(())
+    }
+}
+
+/// What takes a while is computed beside the runtime's workers.
+async fn computed<T: Send + 'static>(compute: impl FnOnce() -> T + Send + 'static) -> Result<T, EditError> {
+    let computed = tokio::task::spawn_blocking(compute).await;
+    computed.map_err(|error| match error.is_panic() {
+        true => EditError::Internal("a tile could not be put together".to_owned()),
+        false => EditError::Cancelled,
+    })
 }

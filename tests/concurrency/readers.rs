@@ -1,0 +1,382 @@
+//! Readers of files: many tasks, callers who go away, scans, files that are replaced, caches that are shared.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use delaunay_tiles::build::BuildOptions;
+use delaunay_tiles::geometry::{Point, Rect};
+use delaunay_tiles::io::MemoryFile;
+use delaunay_tiles::query::Location;
+use delaunay_tiles::store::{Cache, CacheStatistics, OpenOptions, ReadError, TileId, TileReader, VertexId};
+use distributions::Kind;
+use futures::future::{FutureExt, join_all};
+use futures::stream::TryStreamExt;
+
+use crate::support::{Random, Scratch, batches, build_batches, file_bytes, points_of, runtime};
+
+fn options() -> BuildOptions {
+    BuildOptions {
+        tile_vertices: 64,
+        threads: 2,
+        ..BuildOptions::default()
+    }
+}
+
+/// Bytes of all tiles of a file.
+async fn weight(reader: &TileReader) -> usize {
+    let tiles: Vec<_> = reader.tiles().try_collect().await.unwrap();
+    tiles.iter().map(|tile| tile.byte_size()).sum()
+}
+
+fn ids(reader: &TileReader) -> impl Iterator<Item = TileId> + use<> {
+    (0..reader.directory().tiles.len() as u32).map(TileId)
+}
+
+async fn triangles(reader: &TileReader, rect: Rect) -> Result<Vec<[VertexId; 3]>, ReadError> {
+    let found = reader.triangles_in(rect);
+    found.map_ok(|t| t.vertices.map(|v| v.id)).try_collect().await
+}
+
+/// Questions, and what a reader answers whom nobody disturbs.
+struct Answers {
+    places: Vec<(Point, Location)>,
+    rects: Vec<(Rect, Vec<[VertexId; 3]>)>,
+    tiles: Vec<(TileId, Vec<Point>)>,
+}
+
+impl Answers {
+    async fn of(reader: &TileReader) -> Self {
+        let bounds = reader.directory().metadata.bounds;
+        let mut random = Random(7);
+        let mut place = || {
+            let (width, height) = bounds.size();
+            Point::new(
+                bounds.min_x + width * (1.1 * random.unit() - 0.05),
+                bounds.min_y + height * (1.1 * random.unit() - 0.05),
+            )
+        };
+        let mut answers = Self {
+            places: Vec::new(),
+            rects: Vec::new(),
+            tiles: Vec::new(),
+        };
+        for _ in 0..100 {
+            let p = place();
+            answers.places.push((p, reader.locate(p.x, p.y).await.unwrap()));
+        }
+        for _ in 0..10 {
+            let rect = Rect::around([place(), place()]);
+            answers.rects.push((rect, triangles(reader, rect).await.unwrap()));
+        }
+        for id in ids(reader) {
+            answers
+                .tiles
+                .push((id, reader.tile(id).await.unwrap().points().collect()));
+        }
+        assert!(answers.rects.iter().any(|(_, found)| found.len() > 100));
+        answers
+    }
+
+    /// Asks one of them, chosen at random.
+    async fn check(&self, reader: &TileReader, random: &mut Random) {
+        match random.below(8) {
+            0 => {
+                let (rect, expected) = &self.rects[random.below(self.rects.len())];
+                assert_eq!(triangles(reader, *rect).await.unwrap(), *expected);
+            }
+            1..4 => {
+                let (id, points) = &self.tiles[random.below(self.tiles.len())];
+                let tile = reader.tile(*id).await.unwrap();
+                assert!(tile.id() == *id && tile.points().eq(points.iter().copied()));
+            }
+            4 => {
+                let (id, points) = &self.tiles[random.below(self.tiles.len())];
+                let tile = reader.pin(*id).await.unwrap();
+                tokio::task::yield_now().await;
+                assert!(tile.id() == *id && tile.points().eq(points.iter().copied()));
+            }
+            _ => {
+                let (p, expected) = &self.places[random.below(self.places.len())];
+                assert_eq!(reader.locate(p.x, p.y).await.unwrap(), *expected);
+            }
+        }
+    }
+}
+
+async fn file(scratch: &Scratch, points: &[Point]) {
+    let options = BuildOptions {
+        force: true,
+        ..options()
+    };
+    build_batches(&scratch.path, &batches(points, &[]), options)
+        .await
+        .unwrap();
+}
+
+async fn open(scratch: &Scratch, cache: &Cache) -> TileReader {
+    TileReader::open(&scratch.path, OpenOptions::default().cache(cache))
+        .await
+        .unwrap()
+}
+
+fn asked(statistics: CacheStatistics) -> u64 {
+    statistics.hits + statistics.misses + statistics.shared_loads
+}
+
+#[test]
+fn sixty_four_tasks_on_one_reader_with_a_cache_of_a_tenth_of_the_file() {
+    runtime().block_on(async {
+        let scratch = Scratch::new();
+        file(&scratch, &points_of(Kind::Clusters, 6000, 3)).await;
+        let undisturbed = scratch.open().await;
+        let answers = Arc::new(Answers::of(&undisturbed).await);
+        let capacity = weight(&undisturbed).await / 10;
+        let cache = Cache::new(capacity);
+        let reader = open(&scratch, &cache).await;
+        let tasks = (0..64).map(|seed| {
+            let (reader, answers) = (reader.clone(), Arc::clone(&answers));
+            tokio::spawn(async move {
+                let mut random = Random(seed);
+                for _ in 0..40 {
+                    // Callers who lose patience, at some moment or at once, or whose task is stopped.
+                    let patience = Duration::from_micros(random.bits() % 300);
+                    let _ = tokio::time::timeout(patience, answers.check(&reader, &mut Random(random.bits()))).await;
+                    let _ = answers.check(&reader, &mut Random(random.bits())).now_or_never();
+                    let stopped = {
+                        let (reader, answers, seed) = (reader.clone(), Arc::clone(&answers), random.bits());
+                        tokio::spawn(async move { answers.check(&reader, &mut Random(seed)).await })
+                    };
+                    answers.check(&reader, &mut random).await;
+                    stopped.abort();
+                    assert!(stopped.await.err().is_none_or(|error| error.is_cancelled()));
+                }
+            })
+        });
+        let tasks: Vec<_> = tasks.collect();
+        for task in tasks {
+            tokio::time::timeout(Duration::from_secs(120), task)
+                .await
+                .expect("nobody waits for ever")
+                .unwrap();
+        }
+        let statistics = cache.statistics();
+        assert!(
+            statistics.bytes <= capacity && statistics.evictions > 1000,
+            "{statistics}"
+        );
+        assert!(statistics.hits > 0 && statistics.misses > 0, "{statistics}");
+    });
+}
+
+#[test]
+fn an_old_file_is_read_on_when_another_takes_its_name() {
+    runtime().block_on(async {
+        let scratch = Scratch::new();
+        file(&scratch, &points_of(Kind::Uniform, 3000, 1)).await;
+        // Nothing stays in this cache: all comes from the file.
+        let cache = Cache::new(0);
+        let old = open(&scratch, &cache).await;
+        let answers = Answers::of(&old).await;
+        let digest = old.digest().await.unwrap();
+        file(&scratch, &points_of(Kind::Grid, 3000, 2)).await;
+        let new = open(&scratch, &cache).await;
+        assert_ne!(old.file_id(), new.file_id());
+        let new_answers = Answers::of(&new).await;
+        std::fs::remove_file(&scratch.path).unwrap();
+        let mut random = Random(1);
+        for _ in 0..200 {
+            answers.check(&old, &mut random).await;
+            new_answers.check(&new, &mut random).await;
+        }
+        assert_eq!(old.digest().await.unwrap(), digest);
+        assert_ne!(new.digest().await.unwrap(), digest);
+        old.verify(true).await.unwrap();
+    });
+}
+
+#[test]
+fn readers_of_several_files_share_a_cache() {
+    runtime().block_on(async {
+        let scratches = [Scratch::new(), Scratch::new(), Scratch::new()];
+        let mut bytes = 0;
+        let mut answers = Vec::new();
+        for (scratch, (kind, seed)) in scratches
+            .iter()
+            .zip([(Kind::Uniform, 1), (Kind::Uniform, 2), (Kind::Grid, 3)])
+        {
+            file(scratch, &points_of(kind, 2000, seed)).await;
+            let reader = scratch.open().await;
+            bytes += weight(&reader).await;
+            answers.push(Arc::new(Answers::of(&reader).await));
+        }
+        let cache = Cache::new(bytes / 4);
+        let mut tasks = Vec::new();
+        for (scratch, answers) in scratches.iter().zip(&answers) {
+            let reader = open(scratch, &cache).await;
+            for seed in 0..8 {
+                let (reader, answers) = (reader.clone(), Arc::clone(answers));
+                tasks.push(tokio::spawn(async move {
+                    let mut random = Random(seed);
+                    for _ in 0..60 {
+                        answers.check(&reader, &mut random).await;
+                    }
+                }));
+            }
+        }
+        for task in join_all(tasks).await {
+            task.unwrap();
+        }
+        let statistics = cache.statistics();
+        assert!(
+            statistics.bytes <= bytes / 4 && statistics.pinned_bytes == 0,
+            "{statistics}"
+        );
+        assert!(statistics.hits > 0 && statistics.evictions > 0, "{statistics}");
+    });
+}
+
+/// A file that is changed in place keeps its tiles' numbers. The id of a file is a hash of its directory; a reader of one
+/// generation must not be handed the tiles of another, whatever the id says.
+#[test]
+fn generations_of_a_file_have_tiles_of_their_own() {
+    runtime().block_on(async {
+        let points = points_of(Kind::Uniform, 500, 1);
+        let first = file_bytes(&batches(&points, &[]), options()).await;
+        let mut second = first.clone();
+        for superblock in [0, 4096] {
+            second[superblock + 32] += 1;
+            let crc = crc32c::crc32c(&second[superblock..superblock + 4092]);
+            second[superblock + 4092..superblock + 4096].copy_from_slice(&crc.to_le_bytes());
+        }
+        let cache = Cache::new(1 << 30);
+        let mut readers = Vec::new();
+        for bytes in [first, second] {
+            let options = OpenOptions::default().cache(&cache);
+            readers.push(
+                TileReader::open_source(MemoryFile::new(bytes), "map", options)
+                    .await
+                    .unwrap(),
+            );
+        }
+        assert_eq!(readers[0].file_id(), readers[1].file_id());
+        assert_eq!(readers[0].generation() + 1, readers[1].generation());
+        for id in ids(&readers[0]) {
+            let [one, other] = [readers[0].tile(id).await.unwrap(), readers[1].tile(id).await.unwrap()];
+            assert!(!Arc::ptr_eq(&one, &other));
+            assert!(Arc::ptr_eq(&one, &readers[0].tile(id).await.unwrap()));
+            assert!(Arc::ptr_eq(&other, &readers[1].tile(id).await.unwrap()));
+        }
+    });
+}
+
+/// Whoever reads all tiles once, by whatever call, leaves those in the cache that are asked for again and again.
+#[test]
+fn scans_leave_what_is_hot() {
+    runtime().block_on(async {
+        let scratch = Scratch::new();
+        file(&scratch, &points_of(Kind::Uniform, 6000, 3)).await;
+        let cache = Cache::new(weight(&scratch.open().await).await / 5);
+        let reader = open(&scratch, &cache).await;
+        // A tenth of the file.
+        let hot: Vec<TileId> = ids(&reader).step_by(10).collect();
+        for _ in 0..2 {
+            for &id in &hot {
+                reader.tile(id).await.unwrap();
+            }
+        }
+        let before = cache.statistics();
+        reader.digest().await.unwrap();
+        assert_eq!(weight(&reader).await / 5, cache.capacity());
+        assert_eq!(cache.statistics(), before, "scans bypass the cache");
+        for scan in 0..2 {
+            if scan == 0 {
+                triangles(&reader, Rect::PLANE).await.unwrap();
+            } else {
+                for id in ids(&reader).filter(|id| !hot.contains(id)) {
+                    reader.tile(id).await.unwrap();
+                }
+            }
+            let before = cache.statistics();
+            for &id in &hot {
+                reader.tile(id).await.unwrap();
+            }
+            let after = cache.statistics();
+            assert_eq!((after.hits - before.hits) as usize, hot.len(), "{before}; {after}");
+        }
+        assert!(cache.statistics().evictions > 100);
+    });
+}
+
+#[test]
+fn a_pinned_tile_stays_through_everything() {
+    runtime().block_on(async {
+        let scratch = Scratch::new();
+        file(&scratch, &points_of(Kind::Uniform, 2000, 3)).await;
+        let reader = open(&scratch, &Cache::new(20_000)).await;
+        let pinned = reader.pin(TileId(5)).await.unwrap();
+        for _ in 0..2 {
+            triangles(&reader, Rect::PLANE).await.unwrap();
+        }
+        assert!(Arc::ptr_eq(&pinned.tile(), &reader.tile(TileId(5)).await.unwrap()));
+        assert_eq!(reader.cache().statistics().pinned_bytes, pinned.byte_size());
+        let missing = reader.pin(TileId(9999)).await.err();
+        assert!(matches!(missing, Some(ReadError::NoSuchTile { .. })), "{missing:?}");
+        drop(pinned);
+        let statistics = reader.cache().statistics();
+        assert_eq!(statistics.pinned_bytes, 0);
+        assert!(statistics.bytes <= 20_000, "{statistics}");
+    });
+}
+
+#[test]
+fn a_runtime_that_is_dropped_under_loads_harms_no_other() {
+    let alive = runtime();
+    let scratch = Scratch::new();
+    let (answers, cache) = alive.block_on(async {
+        file(&scratch, &points_of(Kind::Uniform, 3000, 1)).await;
+        let reader = scratch.open().await;
+        (
+            Arc::new(Answers::of(&reader).await),
+            Cache::new(weight(&reader).await / 10),
+        )
+    });
+    let reader = alive.block_on(open(&scratch, &cache));
+    for round in 0..20 {
+        let dying = runtime();
+        for seed in 0..16 {
+            let (reader, answers) = (reader.clone(), Arc::clone(&answers));
+            dying.spawn(async move {
+                let mut random = Random(100 * round + seed);
+                loop {
+                    // It is stopped in here; with it go its loads, and their callers may be told.
+                    let id = answers.tiles[random.below(answers.tiles.len())].0;
+                    if reader.tile(id).await.is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        let checks = (0..4).map(|seed| {
+            let (reader, answers) = (reader.clone(), Arc::clone(&answers));
+            alive.spawn(async move {
+                let mut random = Random(seed);
+                for _ in 0..20 {
+                    answers.check(&reader, &mut random).await;
+                }
+            })
+        });
+        let checks: Vec<_> = checks.collect();
+        std::thread::sleep(Duration::from_micros(500));
+        dying.shutdown_timeout(Duration::from_secs(10));
+        for check in alive.block_on(join_all(checks)) {
+            check.unwrap();
+        }
+    }
+    let statistics = cache.statistics();
+    assert_eq!(statistics.pinned_bytes, 0);
+    assert!(
+        statistics.bytes <= cache.capacity() && statistics.evictions > 100,
+        "{statistics}"
+    );
+    assert!(asked(statistics) > 1000);
+}
