@@ -1,7 +1,7 @@
 //! Which triangle contains a point: a walk from the nearest vertex of the cell's tile.
 //!
 //! The walk crosses any side that has the point strictly on its other side (Devillers, Pion and Teillaud, "Walking in a
-//! triangulation", 2002); on a Delaunay triangulation it cannot go in circles.
+//! triangulation", 2002), in random order: on a Delaunay triangulation it cannot go in circles, and on others it does not for ever.
 
 use super::representable;
 use super::star::{next, previous, side_towards};
@@ -37,11 +37,25 @@ pub enum Location {
     Outside,
 }
 
+/// Where a walk ends.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Walked {
+    pub(super) location: Location,
+    /// Outside: the edge by which it left the hull, which lies on its left; none if there are no triangles.
+    pub(super) exit: Option<[VertexId; 2]>,
+}
+
+impl From<Location> for Walked {
+    fn from(location: Location) -> Self {
+        Self { location, exit: None }
+    }
+}
+
 /// What the walk needs to go on.
-enum Step {
+pub(super) enum Step {
     /// The tile of this vertex.
     Need(TileId),
-    Done(Location),
+    Done(Walked),
 }
 
 /// Where the walk starts.
@@ -53,7 +67,7 @@ enum Start {
 }
 
 /// A walk that is interrupted where it enters another tile.
-struct Locate {
+pub(super) struct Locate {
     target: Point,
     /// Where to enter the next tile: through the side from the first vertex to the second, which the next tile owns.
     enter: Option<(VertexId, VertexId)>,
@@ -62,12 +76,21 @@ struct Locate {
 }
 
 impl Locate {
+    /// A walk to a point, in a triangulation of so many triangles.
+    pub(super) fn new(target: Point, triangles: u64) -> Self {
+        Self {
+            target,
+            enter: None,
+            steps: 4 * triangles.saturating_add(4),
+        }
+    }
+
     /// Goes on in a tile; an error says how the tile contradicts itself or others.
-    fn step(&mut self, tile: &Tile) -> Result<Step, String> {
+    pub(super) fn step(&mut self, tile: &Tile) -> Result<Step, String> {
         let mut side = match self.enter.take() {
             None => match self.start(tile) {
                 Start::From(side) => side,
-                Start::There(location) => return Ok(Step::Done(location)),
+                Start::There(location) => return Ok(Step::Done(location.into())),
             },
             Some((from, to)) => {
                 if to.index >= tile.vertex_count() {
@@ -75,24 +98,27 @@ impl Locate {
                 }
                 match side_towards(tile, to.index, from)? {
                     Some(side) => side,
-                    None => return Ok(Step::Done(Location::Outside)),
+                    None => return Ok(outside([to, from])),
                 }
             }
         };
         loop {
             self.steps = self.steps.checked_sub(1).ok_or("a walk goes in circles")?;
-            let sides = [next(side), previous(side), side];
+            // Off Delaunay's triangulation, where constraints are, the walk might go in circles if it always turned the same way.
+            let turns_left = self.steps.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 63 == 1;
+            let [one, other] = if turns_left { [previous(side), next(side)] } else { [next(side), previous(side)] };
+            let sides = [one, other, side];
             let turns = sides.map(|s| {
                 let [from, to] = [s, next(s)].map(|s| tile.vertex(tile.origin(s)).point);
                 orient2d(from, to, self.target)
             });
             let Some(exit) = turns.iter().position(|&turn| turn == Orientation::Clockwise) else {
-                return Ok(Step::Done(inside(tile, sides, turns)));
+                return Ok(Step::Done(inside(tile, sides, turns).into()));
             };
             let exit = sides[exit];
             side = match tile.across(exit) {
                 Across::Side(side) => side,
-                Across::Hull => return Ok(Step::Done(Location::Outside)),
+                Across::Hull => return Ok(outside(tile.ends(exit).map(|end| end.id))),
                 Across::Elsewhere => {
                     let [from, to] = [exit, next(exit)].map(|s| tile.vertex(tile.origin(s)).id);
                     // Across, the side runs from `to` to `from`.
@@ -122,6 +148,13 @@ impl Locate {
         tile.side_leaving(vertex)
             .map_or(Start::There(Location::Outside), Start::From)
     }
+}
+
+fn outside(exit: [VertexId; 2]) -> Step {
+    Step::Done(Walked {
+        location: Location::Outside,
+        exit: Some(exit),
+    })
 }
 
 /// Where the target lies in a triangle that it is not outside of.
@@ -165,16 +198,12 @@ impl TileReader {
         if !directory.metadata.bounds.contains(target) {
             return Ok(Location::Outside);
         }
-        let mut walk = Locate {
-            target,
-            enter: None,
-            steps: 4 * directory.metadata.triangles.saturating_add(4),
-        };
+        let mut walk = Locate::new(target, directory.metadata.triangles);
         loop {
             let tile = self.tile(id).await?;
             match walk.step(&tile).map_err(|reason| self.damaged(id, reason))? {
                 Step::Need(other) => id = other,
-                Step::Done(location) => return Ok(location),
+                Step::Done(walked) => return Ok(walked.location),
             }
         }
     }

@@ -8,6 +8,7 @@ mod sites;
 mod tests;
 
 use std::fmt;
+use std::sync::{Arc, OnceLock};
 
 use bytes::Bytes;
 
@@ -69,6 +70,8 @@ pub struct Tile {
     sources: [Option<Sources>; 2],
     regions: Regions,
     sites: Option<Sites>,
+    /// What queries note of each vertex; found when the first one asks.
+    marks: Arc<OnceLock<Vec<u8>>>,
 }
 
 /// Bytes of a foreign vertex in a border.
@@ -125,6 +128,8 @@ impl Tile {
             + self.sources.iter().flatten().map(Sources::byte_size).sum::<usize>()
             + self.regions.byte_size()
             + self.sites.as_ref().map_or(0, Sites::byte_size)
+            // Marks, if a query asks for them.
+            + self.records.len()
             + packed.iter().map(|p| p.byte_size()).sum::<usize>()
     }
 
@@ -163,6 +168,12 @@ impl Tile {
             (&self.foreign, FOREIGN * (corner - vertices))
         };
         Point::new(f64_at(bytes, at), f64_at(bytes, at + 8))
+    }
+
+    /// Where a corner is: a vertex of the tile, or of another one.
+    #[inline]
+    pub(crate) fn corner(&self, corner: u32) -> Point {
+        self.corner_point(corner as usize)
     }
 
     /// The vertex behind a corner.
@@ -344,6 +355,17 @@ impl Tile {
         sites.flat_map(|sites| (0..sites.len()).map(|place| sites.get(place)))
     }
 
+    /// The sites at a vertex of the tile, by number.
+    pub fn sites_at(&self, vertex: u32) -> impl Iterator<Item = Site<'_>> {
+        let sites = self.sites.iter();
+        sites.flat_map(move |sites| sites.at(vertex))
+    }
+
+    /// A byte for each vertex of the tile, made when it is first asked for.
+    pub(crate) fn marks(&self, make: impl FnOnce() -> Vec<u8>) -> &[u8] {
+        self.marks.get_or_init(make)
+    }
+
     /// How many sites there are at the tile's vertices.
     #[must_use]
     pub fn site_count(&self) -> u32 {
@@ -365,15 +387,20 @@ impl Tile {
             // Both ends are other tiles'.
             Across::Elsewhere => false,
         };
-        let any = self.side_bits.iter().any(SideBits::any);
-        let sides = 0..if any { 3 * self.triangle_count() } else { 0 };
-        sides.filter(move |&side| {
-            self.is_constraint(side) && is_first(side) && {
+        self.constraint_sides().filter(move |&side| {
+            is_first(side) && {
                 let [from, to] = self.ends(side);
                 let smallest = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
                 smallest.id.tile == self.id
             }
         })
+    }
+
+    /// All sides that are on constraints.
+    pub(crate) fn constraint_sides(&self) -> impl Iterator<Item = u32> {
+        let any = self.side_bits.iter().any(SideBits::any);
+        let sides = 0..if any { 3 * self.triangle_count() } else { 0 };
+        sides.filter(|&side| self.is_constraint(side))
     }
 
     /// The vertices of a side.
