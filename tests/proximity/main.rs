@@ -5,6 +5,7 @@
 mod support;
 
 mod scene;
+mod truth;
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{PathOutcome, QueryError, QueryOptions};
