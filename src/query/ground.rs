@@ -236,6 +236,16 @@ impl<'t> Ground<'t> {
         Err(endless(vertex))
     }
 
+    /// The rightmost wedge of the sector in which paths bend round a vertex, if there is one.
+    pub(super) fn turning_sector(self, vertex: u32) -> Result<Option<Wedge>, String> {
+        for wedge in self.free_wedges(vertex)? {
+            if self.right_of(vertex, wedge)?.is_none() && self.turns_from(vertex, wedge)? {
+                return Ok(Some(wedge));
+            }
+        }
+        Ok(None)
+    }
+
     /// What is true of each vertex of the tile: [`TURNING`], [`SITE`], [`SINGLE`]. Where the tile contradicts itself, the star
     /// says so when it is walked round.
     pub(super) fn marks(self) -> &'t [u8] {

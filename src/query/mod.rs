@@ -10,6 +10,7 @@
 //!       └───────▶ route                   the path as it bends, and its proof
 //! ```
 
+mod certify;
 mod ground;
 mod locate;
 mod options;
@@ -17,6 +18,7 @@ mod place;
 mod proximity;
 mod route;
 mod star;
+mod straight;
 mod tiles;
 mod triangles_in;
 mod wave;
@@ -24,7 +26,8 @@ mod wave;
 pub use locate::{Location, TriangleRef};
 pub use options::{QueryError, QueryOptions};
 pub use proximity::{Distance, PathOutcome, SiteFound, VertexFound};
-pub use route::Path;
+pub use route::{Bend, Path};
+pub use straight::Near;
 
 use crate::geometry::Point;
 

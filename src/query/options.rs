@@ -86,3 +86,13 @@ pub enum QueryError {
         reason: String,
     },
 }
+
+impl QueryError {
+    /// The same, if it is that a budget was used up, with what is known of the rest.
+    pub(super) fn at_least(self, at_least: f64) -> Self {
+        match self {
+            Self::OutOfBudget { .. } => Self::OutOfBudget { at_least },
+            other => other,
+        }
+    }
+}

@@ -64,6 +64,25 @@ impl Place {
         Ok(this)
     }
 
+    /// A vertex that is known to be free.
+    pub(super) fn at(vertex: Vertex) -> Self {
+        Self {
+            point: vertex.point,
+            spot: Spot::Vertex(vertex),
+            is_free: true,
+            is_outside: false,
+            triangles: Vec::new(),
+        }
+    }
+
+    /// The vertex that it is, if it is one.
+    pub(super) fn vertex(&self) -> Option<VertexId> {
+        match self.spot {
+            Spot::Vertex(vertex) => Some(vertex.id),
+            _ => None,
+        }
+    }
+
     /// Finds out whether the place is free.
     async fn look_round(&mut self, tiles: &mut Tiles) -> Result<(), QueryError> {
         let outside_is_free = tiles.outside_is_free();

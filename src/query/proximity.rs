@@ -8,7 +8,7 @@ use futures::stream::{self, Stream};
 use super::place::Place;
 use super::route::{self, Path};
 use super::tiles::Tiles;
-use super::wave::{Found, Goal, NO_ROOT, Places, Step, Wave, What};
+use super::wave::{Found, Goal, Places, Step, Wave, What};
 use super::{QueryError, QueryOptions};
 use crate::geometry::Point;
 use crate::store::{Tile, TileReader, Vertex, VertexId};
@@ -86,6 +86,7 @@ pub(super) struct Run {
     pub(super) tiles: Tiles,
     wave: Wave,
     tile: Arc<Tile>,
+    source: Place,
     options: QueryOptions,
 }
 
@@ -93,17 +94,18 @@ impl Run {
     /// Starts a wave at a free place.
     async fn start(
         mut tiles: Tiles,
-        source: &Place,
+        source: Place,
         goal: Goal,
         limit: f64,
         options: QueryOptions,
     ) -> Result<Self, QueryError> {
-        let wave = Wave::new(source, goal, limit, tiles.outside_is_free());
+        let wave = Wave::new(&source, goal, limit, tiles.outside_is_free());
         let tile = tiles.last().await?;
         Ok(Self {
             wave,
             tile,
             tiles,
+            source,
             options,
         })
     }
@@ -125,7 +127,7 @@ impl Run {
                 nearest_free,
             });
         }
-        Self::start(tiles, &source, goal, limit, options).await
+        Self::start(tiles, source, goal, limit, options).await
     }
 
     /// The next thing that is found.
@@ -141,26 +143,15 @@ impl Run {
                     self.tiles.check_time()
                 }
             };
-            went_on.map_err(|error| match error {
-                QueryError::OutOfBudget { .. } => QueryError::OutOfBudget {
-                    at_least: self.wave.front(),
-                },
-                error => error,
-            })?;
+            went_on.map_err(|error| error.at_least(self.wave.front()))?;
         }
     }
 
     /// The way to what was found.
-    async fn path(&mut self, found: &Found, to: Point) -> Result<Path, QueryError> {
-        let mut way = self.wave.way(if found.root == NO_ROOT { 0 } else { found.root });
-        if way.last().is_none_or(|last| last.0 != to) {
-            let vertex = match &found.what {
-                What::Site { vertex, .. } | What::Vertex(vertex) => Some(vertex.id),
-                What::Place(_) => None,
-            };
-            way.push((to, vertex));
-        }
-        route::path(&mut self.tiles, &way, found.length, self.options.certify).await
+    async fn path(&mut self, found: &Found, to: &Place) -> Result<Path, QueryError> {
+        let mut way = self.wave.way(found.root);
+        way.push((to.point, to.vertex()));
+        route::path(&mut self.tiles, &way, [&self.source, to], found.length, self.options.certify).await
     }
 
     fn legs(&self, found: &Found) -> usize {
@@ -267,7 +258,7 @@ impl TileReader {
                 return Ok(None);
             };
             let distance = Distance::of_legs(found.length, run.legs(&found));
-            let path = if run.options.paths { Some(run.path(&found, vertex.point).await?) } else { None };
+            let path = if run.options.paths { Some(run.path(&found, &Place::at(vertex)).await?) } else { None };
             let site = SiteFound {
                 number,
                 id,
@@ -306,19 +297,20 @@ impl TileReader {
     /// If a tile cannot be read, an end is no point, the file has no triangles, or the options' limits are reached.
     pub async fn shortest_path(&self, from: Point, to: Point, options: QueryOptions) -> Result<PathOutcome, QueryError> {
         let mut tiles = Tiles::new(self, &options);
-        let mut places = [Place::find(&mut tiles, to).await?, Place::find(&mut tiles, from).await?];
-        places.reverse();
-        for (place, point) in places.iter().zip([from, to]) {
+        // The last tile is that of the source.
+        let (to_point, from_point) = (to, from);
+        let to = Place::find(&mut tiles, to).await?;
+        let from = Place::find(&mut tiles, from).await?;
+        for (place, point) in [(&from, from_point), (&to, to_point)] {
             if !place.is_free {
                 let nearest_free = place.nearest_free(&mut tiles).await?;
                 return Ok(PathOutcome::InsideObstacle { point, nearest_free });
             }
         }
-        let [from, to] = &places;
-        let goal = Goal::Places(Places::new([to]));
+        let goal = Goal::Places(Places::new([&to]));
         let mut run = Run::start(tiles, from, goal, f64::INFINITY, options).await?;
         match run.next().await? {
-            Some(found) => Ok(PathOutcome::Found(run.path(&found, to.point).await?)),
+            Some(found) => Ok(PathOutcome::Found(run.path(&found, &to).await?)),
             None => Ok(PathOutcome::Unreachable),
         }
     }
@@ -347,16 +339,15 @@ impl TileReader {
                     nearest_free,
                 });
             }
-            let ends: Vec<Point> = places.iter().map(|place| place.point).collect();
             let goal = Goal::Places(Places::new(&places));
-            let run = Run::start(tiles, &source, goal, f64::INFINITY, options).await?;
-            Ok((run, ends))
+            let run = Run::start(tiles, source, goal, f64::INFINITY, options).await?;
+            Ok((run, places))
         };
-        unfold(start, |(mut run, ends): (Run, Vec<Point>)| async move {
+        unfold(start, |(mut run, places): (Run, Vec<Place>)| async move {
             let Some(found) = run.next().await? else { return Ok(None) };
             let What::Place(place) = found.what else { return Ok(None) };
-            let path = run.path(&found, ends[place as usize]).await?;
-            Ok(Some(((place as usize, path), (run, ends))))
+            let path = run.path(&found, &places[place as usize]).await?;
+            Ok(Some(((place as usize, path), (run, places))))
         })
     }
 }

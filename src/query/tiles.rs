@@ -35,15 +35,6 @@ impl Tiles {
         }
     }
 
-    pub(super) fn reader(&self) -> &TileReader {
-        &self.reader
-    }
-
-    /// Different tiles that were asked for.
-    pub(super) fn count(&self) -> u64 {
-        self.read.len() as u64
-    }
-
     /// Whether the outside of the hull is free.
     pub(super) fn outside_is_free(&self) -> bool {
         !self.reader.directory().metadata.exterior_is_hole
@@ -56,7 +47,7 @@ impl Tiles {
             return Ok(Arc::clone(&self.held[0]));
         }
         self.check_time()?;
-        if self.count() >= self.max_tiles && !self.read.contains(&id) {
+        if self.read.len() as u64 >= self.max_tiles && !self.read.contains(&id) {
             return Err(QueryError::OutOfBudget { at_least: 0.0 });
         }
         self.held.truncate(HELD - 1);

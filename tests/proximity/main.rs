@@ -7,7 +7,7 @@ mod support;
 mod scene;
 mod truth;
 
-use delaunay_tiles::geometry::Point;
+use delaunay_tiles::geometry::{Orientation, Point, orient2d};
 use delaunay_tiles::query::{PathOutcome, QueryError, QueryOptions};
 use delaunay_tiles::store::{LineKind, TileReader};
 use futures::TryStreamExt;
@@ -33,6 +33,15 @@ async fn walk(reader: &TileReader, from: Point, to: Point) -> Walk {
             assert!(is_near(legs.sum(), value) || value == 0.0, "{path:?}");
             assert_eq!((path.points.first(), path.points.last()), (Some(&from), Some(&to)));
             assert!(path.distance.lower <= value && value <= path.distance.upper);
+            assert!(path.is_certified && path.bends.len() == path.points.len() - 2);
+            for (bend, around) in path.bends.iter().zip(path.points.windows(3)) {
+                let turn = |to| orient2d(around[0], around[1], to);
+                let left = if bend.turns_left { Orientation::CounterClockwise } else { Orientation::Clockwise };
+                assert!(bend.vertex.point == around[1] && turn(around[2]) == left, "{path:?}");
+                let is_in_the_way = orient2d(around[1], around[2], bend.edge_to.point);
+                assert!(is_in_the_way == left || is_in_the_way == Orientation::Collinear, "{path:?}");
+                assert!(bend.sources.iter().any(|source| source.is_wall()), "{path:?}");
+            }
             Walk::Length(value)
         }
         PathOutcome::Unreachable => Walk::Unreachable,

@@ -42,8 +42,7 @@ pub(super) use cone::distance;
 use cone::Cone;
 pub(super) use goal::{Goal, Places};
 use queue::{Item, Kind, NOWHERE, Queue, Via};
-pub(super) use roots::NO_ROOT;
-use roots::{Root, SeenVertices, TIE};
+use roots::{NO_ROOT, Root, SeenVertices, TIE};
 
 /// Triangles that one step passes through at most, more or less.
 const PAUSE: u32 = 1 << 12;
@@ -67,7 +66,7 @@ pub(super) struct Found {
     pub(super) what: What,
     /// The way to it.
     pub(super) length: f64,
-    /// The root that it is seen from, or [`NO_ROOT`] if it is the source.
+    /// The root that it is seen from.
     pub(super) root: u32,
 }
 
@@ -130,9 +129,7 @@ pub(super) struct Wave {
     ready: BinaryHeap<Reverse<Ready>>,
     /// Goals that were told.
     told: Vec<bool>,
-    /// Triangles passed.
-    triangles: u64,
-    /// Those that this step may still pass.
+    /// Triangles that this step may still pass.
     pause: u32,
 }
 
@@ -154,7 +151,6 @@ impl Wave {
             seen: SeenVertices::default(),
             ready: BinaryHeap::new(),
             told: vec![false; goals],
-            triangles: 0,
             pause: 0,
         };
         this.start(source);
@@ -166,11 +162,6 @@ impl Wave {
         let ready = self.ready.peek().map(|ready| f64::from_bits(ready.0.length));
         let front = self.queue.front().into_iter().chain(ready);
         front.fold(f64::INFINITY, f64::min)
-    }
-
-    /// Triangles passed so far.
-    pub(super) fn triangles(&self) -> u64 {
-        self.triangles
     }
 
     /// The vertices and points on the way to a root, the source first.

@@ -7,7 +7,7 @@ use crate::geometry::Point;
 use crate::store::VertexId;
 
 /// No root, where the source has none.
-pub(in crate::query) const NO_ROOT: u32 = u32::MAX;
+pub(super) const NO_ROOT: u32 = u32::MAX;
 
 /// Ways whose lengths differ by less than this part may be equally long but for rounding, so that neither rules out the other.
 pub(super) const TIE: f64 = 1.0 + 1e-12;

@@ -31,7 +31,6 @@ impl Wave {
     pub(super) fn through(&mut self, ground: Ground<'_>, root: u32, side: u32, cone: Cone) -> Result<(), String> {
         let (mut side, mut cone) = (side, cone);
         loop {
-            self.triangles += 1;
             self.pause = self.pause.saturating_sub(1);
             let apex = ground.tile.origin(previous(side));
             let point = ground.point(apex);

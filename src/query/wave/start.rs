@@ -6,13 +6,9 @@ use crate::query::place::Spot;
 impl Wave {
     /// Puts in the queue what the source sees first.
     pub(super) fn start(&mut self, source: &Place) {
-        let vertex = match source.spot {
-            Spot::Vertex(vertex) => Some(vertex.id),
-            _ => None,
-        };
         self.roots.push(Root {
             point: source.point,
-            vertex,
+            vertex: source.vertex(),
             length: 0.0,
             parent: NO_ROOT,
             done: [0; 2],
@@ -50,7 +46,7 @@ impl Wave {
             let here = |(point, _): &(&Point, u32)| **point == source.point;
             let here: Vec<u32> = places.points().iter().zip(0..).filter(here).map(|(_, goal)| goal).collect();
             for goal in here {
-                self.tell_place(goal, 0.0, NO_ROOT);
+                self.tell_place(goal, 0.0, 0);
             }
         }
     }
@@ -91,7 +87,7 @@ impl Wave {
             return Err(format!("there is no vertex {vertex}"));
         }
         self.seen.entry(ground.tile.vertex(vertex).id).or_default().limit = 0.0;
-        self.tell_vertex(ground, vertex, 0.0, NO_ROOT);
+        self.tell_vertex(ground, vertex, 0.0, 0);
         for wedge in ground.free_wedges(vertex)? {
             match wedge {
                 Wedge::Triangle(side) => self.spread_in(ground, 0, side / 3)?,
