@@ -214,7 +214,11 @@ impl Leg<'_> {
         for leftwards in [true, false] {
             let mut wedge = start;
             for _ in 0..=tile.triangle_count() {
-                let there = if leftwards { ground.left_of(vertex, wedge)? } else { ground.right_of(vertex, wedge)? };
+                let there = if leftwards {
+                    ground.left_of(vertex, wedge)?
+                } else {
+                    ground.right_of(vertex, wedge)?
+                };
                 match there {
                     Some(there) if there != start => wedge = there,
                     _ => break,
@@ -252,7 +256,8 @@ impl Leg<'_> {
                     self.has_arrived |= self.to_vertex.is_none() && is_on_edge;
                 }
                 let [right, left] = ends.map(|end| end.point);
-                let is_inside = orient2d(at, left, self.to) == CounterClockwise && orient2d(at, right, self.to) == Clockwise;
+                let is_inside =
+                    orient2d(at, left, self.to) == CounterClockwise && orient2d(at, right, self.to) == Clockwise;
                 self.has_arrived |= self.to_is_outside && !is_inside;
             }
         }
@@ -266,7 +271,11 @@ impl Leg<'_> {
             return false;
         }
         let sides = 3 * triangle..3 * triangle + 3;
-        if let Some(side) = sides.zip(corners).find(|(_, point)| *point == self.to).map(|(side, _)| side) {
+        if let Some(side) = sides
+            .zip(corners)
+            .find(|(_, point)| *point == self.to)
+            .map(|(side, _)| side)
+        {
             let vertex = tile.vertex(tile.origin(side)).id;
             self.arrived.push(corner(tile, vertex, Wedge::Triangle(side)));
         }

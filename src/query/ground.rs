@@ -169,7 +169,11 @@ impl<'t> Ground<'t> {
 
     /// The hull edge that leaves a hull vertex, or the one that comes in; the hull is on its left.
     pub(super) fn along_hull(self, vertex: u32, forward: bool) -> Result<u32, String> {
-        if forward { self.first(vertex) } else { self.last(vertex).map(previous) }
+        if forward {
+            self.first(vertex)
+        } else {
+            self.last(vertex).map(previous)
+        }
     }
 
     fn leaving(self, vertex: u32) -> Result<u32, String> {

@@ -106,7 +106,11 @@ impl Locate {
             self.steps = self.steps.checked_sub(1).ok_or("a walk goes in circles")?;
             // Off Delaunay's triangulation, where constraints are, the walk might go in circles if it always turned the same way.
             let turns_left = self.steps.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 63 == 1;
-            let [one, other] = if turns_left { [previous(side), next(side)] } else { [next(side), previous(side)] };
+            let [one, other] = if turns_left {
+                [previous(side), next(side)]
+            } else {
+                [next(side), previous(side)]
+            };
             let sides = [one, other, side];
             let turns = sides.map(|s| {
                 let [from, to] = [s, next(s)].map(|s| tile.vertex(tile.origin(s)).point);

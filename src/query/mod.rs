@@ -25,7 +25,7 @@ mod wave;
 
 pub use locate::{Location, TriangleRef};
 pub use options::{QueryError, QueryOptions};
-pub use proximity::{Distance, PathOutcome, SiteFound, VertexFound};
+pub use proximity::{Distance, Footing, PathOutcome, SiteFound, VertexFound};
 pub use route::{Bend, Path};
 pub use straight::Near;
 

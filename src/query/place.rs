@@ -228,7 +228,11 @@ fn side_towards_hull(tile: &Tile, from: VertexId, to: VertexId) -> Result<u32, S
     };
     let side = ground.first(from.index)?;
     let is_it = tile.vertex(tile.origin(next(side))).id == to;
-    if is_it { Ok(side) } else { Err(format!("vertices {from} and {to} have no edge on the hull")) }
+    if is_it {
+        Ok(side)
+    } else {
+        Err(format!("vertices {from} and {to} have no edge on the hull"))
+    }
 }
 
 /// The point of a segment that is nearest to a point, rounded.

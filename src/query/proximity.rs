@@ -65,6 +65,18 @@ impl Distance {
     }
 }
 
+/// Whether one may be at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Footing {
+    /// One may.
+    Free,
+    /// It lies in an obstacle.
+    InsideObstacle {
+        /// The nearest point where one may be, rounded; none if there is none.
+        nearest_free: Option<Point>,
+    },
+}
+
 /// How a question for a path ends.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PathOutcome {
@@ -151,7 +163,14 @@ impl Run {
     async fn path(&mut self, found: &Found, to: &Place) -> Result<Path, QueryError> {
         let mut way = self.wave.way(found.root);
         way.push((to.point, to.vertex()));
-        route::path(&mut self.tiles, &way, [&self.source, to], found.length, self.options.certify).await
+        route::path(
+            &mut self.tiles,
+            &way,
+            [&self.source, to],
+            found.length,
+            self.options.certify,
+        )
+        .await
     }
 
     fn legs(&self, found: &Found) -> usize {
@@ -253,12 +272,18 @@ impl TileReader {
         let reader = self.clone();
         let start = async move { Run::from_point(&reader, at, Goal::Sites, radius, options).await };
         unfold(start, |mut run: Run| async move {
-            let Some(found) = run.next().await? else { return Ok(None) };
+            let Some(found) = run.next().await? else {
+                return Ok(None);
+            };
             let What::Site { number, id, vertex } = found.what.clone() else {
                 return Ok(None);
             };
             let distance = Distance::of_legs(found.length, run.legs(&found));
-            let path = if run.options.paths { Some(run.path(&found, &Place::at(vertex)).await?) } else { None };
+            let path = if run.options.paths {
+                Some(run.path(&found, &Place::at(vertex)).await?)
+            } else {
+                None
+            };
             let site = SiteFound {
                 number,
                 id,
@@ -280,8 +305,12 @@ impl TileReader {
         let reader = self.clone();
         let start = async move { Run::from_point(&reader, at, Goal::Vertices, f64::INFINITY, options).await };
         unfold(start, |mut run: Run| async move {
-            let Some(found) = run.next().await? else { return Ok(None) };
-            let What::Vertex(vertex) = found.what else { return Ok(None) };
+            let Some(found) = run.next().await? else {
+                return Ok(None);
+            };
+            let What::Vertex(vertex) = found.what else {
+                return Ok(None);
+            };
             let found = VertexFound {
                 vertex,
                 distance: Distance::of_legs(found.length, run.legs(&found)),
@@ -291,11 +320,30 @@ impl TileReader {
         })
     }
 
+    /// Whether one may be at a point, and where one may if not.
+    ///
+    /// # Errors
+    /// As [`shortest_path`](Self::shortest_path).
+    pub async fn footing(&self, at: Point, options: QueryOptions) -> Result<Footing, QueryError> {
+        let mut tiles = Tiles::new(self, &options);
+        let place = Place::find(&mut tiles, at).await?;
+        if place.is_free {
+            return Ok(Footing::Free);
+        }
+        let nearest_free = place.nearest_free(&mut tiles).await?;
+        Ok(Footing::InsideObstacle { nearest_free })
+    }
+
     /// A shortest path between two points.
     ///
     /// # Errors
     /// If a tile cannot be read, an end is no point, the file has no triangles, or the options' limits are reached.
-    pub async fn shortest_path(&self, from: Point, to: Point, options: QueryOptions) -> Result<PathOutcome, QueryError> {
+    pub async fn shortest_path(
+        &self,
+        from: Point,
+        to: Point,
+        options: QueryOptions,
+    ) -> Result<PathOutcome, QueryError> {
         let mut tiles = Tiles::new(self, &options);
         // The last tile is that of the source.
         let (to_point, from_point) = (to, from);
@@ -344,8 +392,12 @@ impl TileReader {
             Ok((run, places))
         };
         unfold(start, |(mut run, places): (Run, Vec<Place>)| async move {
-            let Some(found) = run.next().await? else { return Ok(None) };
-            let What::Place(place) = found.what else { return Ok(None) };
+            let Some(found) = run.next().await? else {
+                return Ok(None);
+            };
+            let What::Place(place) = found.what else {
+                return Ok(None);
+            };
             let path = run.path(&found, &places[place as usize]).await?;
             Ok(Some(((place as usize, path), (run, places))))
         })

@@ -71,8 +71,10 @@ fn bent(way: &[WayPoint]) -> Vec<WayPoint> {
     let mut bent: Vec<WayPoint> = Vec::new();
     for (place, &point) in way.iter().enumerate() {
         let is_straight = match (bent.last(), way.get(place + 1)) {
-            (Some(before), Some(after)) => orient2d(before.0, point.0, after.0) == Orientation::Collinear
-                && before.0.lex_cmp(point.0) == point.0.lex_cmp(after.0),
+            (Some(before), Some(after)) => {
+                orient2d(before.0, point.0, after.0) == Orientation::Collinear
+                    && before.0.lex_cmp(point.0) == point.0.lex_cmp(after.0)
+            }
             _ => false,
         };
         if !is_straight {
@@ -93,7 +95,11 @@ async fn bend(tiles: &mut Tiles, vertex: Vertex, turns_left: bool) -> Result<Ben
     let [from, to] = tile.ends(edge);
     let edge_to = if from.id == vertex.id { to } else { from };
     // The sources stand in the tile of the smaller end.
-    let owner = if vertex.point.lex_cmp(edge_to.point).is_lt() { vertex.id } else { edge_to.id };
+    let owner = if vertex.point.lex_cmp(edge_to.point).is_lt() {
+        vertex.id
+    } else {
+        edge_to.id
+    };
     let sources = if owner.tile == tile.id() {
         sources(&tile, edge, from.id == vertex.id)
     } else {
@@ -105,7 +111,9 @@ async fn bend(tiles: &mut Tiles, vertex: Vertex, turns_left: bool) -> Result<Ben
             // The hull is on the left of the way: the edge is known from its other side.
             None => {
                 let ground = Ground { tile: &there, ..ground };
-                let edge = ground.first(to.index).map_err(|reason| tiles.damaged(to.tile, reason))?;
+                let edge = ground
+                    .first(to.index)
+                    .map_err(|reason| tiles.damaged(to.tile, reason))?;
                 sources(&there, edge, false)
             }
         }
@@ -124,7 +132,11 @@ fn bound(ground: Ground<'_>, vertex: u32, on_left: bool) -> Result<u32, String> 
         return Err(format!("a path bends at vertex {vertex}, where nothing is in the way"));
     };
     for _ in 0..=ground.tile.triangle_count() {
-        let next = if on_left { ground.left_of(vertex, wedge)? } else { ground.right_of(vertex, wedge)? };
+        let next = if on_left {
+            ground.left_of(vertex, wedge)?
+        } else {
+            ground.right_of(vertex, wedge)?
+        };
         let Some(next) = next else {
             return match (wedge, on_left) {
                 (Wedge::Triangle(side), true) => Ok(previous(side)),
@@ -141,5 +153,7 @@ fn bound(ground: Ground<'_>, vertex: u32, on_left: bool) -> Result<u32, String> 
 /// The lines along a side, as seen in its direction or against it.
 fn sources(tile: &Tile, side: u32, along: bool) -> Vec<EdgeSource> {
     let sources = tile.edge_sources(side);
-    sources.map(|source| if along { source } else { source.reversed() }).collect()
+    sources
+        .map(|source| if along { source } else { source.reversed() })
+        .collect()
 }

@@ -88,7 +88,9 @@ impl Search {
 
     fn push_near(&mut self, near: Near) {
         let vertex = near.vertex.id;
-        let number = near.site.unwrap_or(u64::from(vertex.tile.0) << 32 | u64::from(vertex.index));
+        let number = near
+            .site
+            .unwrap_or(u64::from(vertex.tile.0) << 32 | u64::from(vertex.index));
         self.open.push(Reverse(Entry {
             key: (near.distance.to_bits(), 1, number),
             thing: Thing::Near(near),
@@ -189,7 +191,11 @@ impl TileReader {
             search.push_cell(0, self.directory().metadata.bounds);
         }
         let is_point = at.x.is_finite() && at.y.is_finite();
-        let search = if is_point { Ok(search) } else { Err(QueryError::NotAPoint { point: at }) };
+        let search = if is_point {
+            Ok(search)
+        } else {
+            Err(QueryError::NotAPoint { point: at })
+        };
         Box::pin(stream::unfold(Some(search), |state| async move {
             match state? {
                 Err(error) => Some((Err(error), None)),

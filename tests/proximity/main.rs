@@ -4,11 +4,12 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod outcomes;
 mod scene;
 mod truth;
 
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
-use delaunay_tiles::query::{PathOutcome, QueryError, QueryOptions};
+use delaunay_tiles::query::{PathOutcome, QueryOptions};
 use delaunay_tiles::store::{LineKind, TileReader};
 use futures::TryStreamExt;
 use proptest::prelude::*;
@@ -28,7 +29,10 @@ async fn walk(reader: &TileReader, from: Point, to: Point) -> Walk {
     let options = QueryOptions::default().certified();
     match reader.shortest_path(from, to, options).await.unwrap() {
         PathOutcome::Found(path) => {
-            let legs = path.points.windows(2).map(|leg| (leg[1].x - leg[0].x).hypot(leg[1].y - leg[0].y));
+            let legs = path
+                .points
+                .windows(2)
+                .map(|leg| (leg[1].x - leg[0].x).hypot(leg[1].y - leg[0].y));
             let value = path.distance.value;
             assert!(is_near(legs.sum(), value) || value == 0.0, "{path:?}");
             assert_eq!((path.points.first(), path.points.last()), (Some(&from), Some(&to)));
@@ -36,10 +40,17 @@ async fn walk(reader: &TileReader, from: Point, to: Point) -> Walk {
             assert!(path.is_certified && path.bends.len() == path.points.len() - 2);
             for (bend, around) in path.bends.iter().zip(path.points.windows(3)) {
                 let turn = |to| orient2d(around[0], around[1], to);
-                let left = if bend.turns_left { Orientation::CounterClockwise } else { Orientation::Clockwise };
+                let left = if bend.turns_left {
+                    Orientation::CounterClockwise
+                } else {
+                    Orientation::Clockwise
+                };
                 assert!(bend.vertex.point == around[1] && turn(around[2]) == left, "{path:?}");
                 let is_in_the_way = orient2d(around[1], around[2], bend.edge_to.point);
-                assert!(is_in_the_way == left || is_in_the_way == Orientation::Collinear, "{path:?}");
+                assert!(
+                    is_in_the_way == left || is_in_the_way == Orientation::Collinear,
+                    "{path:?}"
+                );
                 assert!(bend.sources.iter().any(|source| source.is_wall()), "{path:?}");
             }
             Walk::Length(value)
@@ -76,7 +87,10 @@ async fn compare(scene: &Scene, count: usize, tile_sizes: &[usize]) {
             let reader = if round % 3 == 0 { &poor } else { &reader };
             for (&to, &expected) in targets.iter().zip(expected) {
                 let found = walk(reader, from, to).await;
-                assert!(same(found, expected), "tiles of {size}: {from:?} to {to:?}: {found:?}, not {expected:?} in {scene:?}");
+                assert!(
+                    same(found, expected),
+                    "tiles of {size}: {from:?} to {to:?}: {found:?}, not {expected:?} in {scene:?}"
+                );
             }
             if !oracle.is_free(from) {
                 continue;
@@ -91,7 +105,11 @@ async fn compare(scene: &Scene, count: usize, tile_sizes: &[usize]) {
                 found[place] = Walk::Length(path.distance.value);
             }
             for (found, &expected) in found.into_iter().zip(expected) {
-                let expected = if expected == Walk::Inside { Walk::Unreachable } else { expected };
+                let expected = if expected == Walk::Inside {
+                    Walk::Unreachable
+                } else {
+                    expected
+                };
                 assert!(same(found, expected), "{found:?}, not {expected:?}");
             }
         }
@@ -101,34 +119,69 @@ async fn compare(scene: &Scene, count: usize, tile_sizes: &[usize]) {
 async fn compare_vertices(reader: &TileReader, oracle: &Oracle, from: Point) {
     let expected = oracle.walks(from, &oracle.points);
     let reached = expected.iter().filter(|walk| matches!(walk, Walk::Length(_))).count();
-    let found: Vec<_> = reader.vertices_by_distance(from, QueryOptions::default()).try_collect().await.unwrap();
+    let found: Vec<_> = reader
+        .vertices_by_distance(from, QueryOptions::default())
+        .try_collect()
+        .await
+        .unwrap();
     assert!(found.is_sorted_by(|a, b| a.distance.value <= b.distance.value));
     assert_eq!(found.len(), reached, "from {from:?}");
     for vertex in found {
         let place = oracle.points.iter().position(|&p| p == vertex.vertex.point).unwrap();
         let length = vertex.distance.value;
-        assert!(same(Walk::Length(length), expected[place]), "from {from:?} to {vertex:?}, not {:?}", expected[place]);
+        assert!(
+            same(Walk::Length(length), expected[place]),
+            "from {from:?} to {vertex:?}, not {:?}",
+            expected[place]
+        );
     }
 }
 
 async fn compare_sites(reader: &TileReader, oracle: &Oracle, from: Point, scene: &Scene) {
     let expected = oracle.walks(from, &scene.sites);
-    let mut lengths: Vec<f64> = expected.iter().filter_map(|walk| if let Walk::Length(length) = walk { Some(*length) } else { None }).collect();
+    let mut lengths: Vec<f64> = expected
+        .iter()
+        .filter_map(|walk| {
+            if let Walk::Length(length) = walk {
+                Some(*length)
+            } else {
+                None
+            }
+        })
+        .collect();
     lengths.sort_by(f64::total_cmp);
-    let found: Vec<_> = reader.nearest_sites(from, QueryOptions::default().certified()).try_collect().await.unwrap();
+    let found: Vec<_> = reader
+        .nearest_sites(from, QueryOptions::default().certified())
+        .try_collect()
+        .await
+        .unwrap();
     assert_eq!(found.len(), lengths.len());
     assert!(found.is_sorted_by(|a, b| (a.distance.value, a.number) < (b.distance.value, b.number)));
     for (site, length) in found.iter().zip(&lengths) {
-        assert!(is_near(site.distance.value, *length), "from {from:?}: {site:?}, not {length}");
+        assert!(
+            is_near(site.distance.value, *length),
+            "from {from:?}: {site:?}, not {length}"
+        );
         assert!(same(Walk::Length(site.distance.value), expected[site.number as usize]));
         assert_eq!(site.vertex.point, scene.sites[site.number as usize]);
     }
-    let Some(middle) = found.get(found.len() / 2) else { return };
+    let Some(middle) = found.get(found.len() / 2) else {
+        return;
+    };
     let radius = middle.distance.value;
-    let within: Vec<_> = reader.sites_within(from, radius, QueryOptions::default()).try_collect().await.unwrap();
+    let within: Vec<_> = reader
+        .sites_within(from, radius, QueryOptions::default())
+        .try_collect()
+        .await
+        .unwrap();
     assert!(within.iter().all(|site| site.distance.value <= radius));
     let expected = found.iter().filter(|site| site.distance.value <= radius);
-    assert!(within.iter().map(|site| site.number).eq(expected.map(|site| site.number)));
+    assert!(
+        within
+            .iter()
+            .map(|site| site.number)
+            .eq(expected.map(|site| site.number))
+    );
 }
 
 fn check(scene: &Scene, count: usize, tile_sizes: &[usize]) {
@@ -138,7 +191,12 @@ fn check(scene: &Scene, count: usize, tile_sizes: &[usize]) {
 #[test]
 fn scenes_by_hand() {
     let spiral = wall(&[(1, 1), (9, 1), (9, 9), (2, 9), (2, 3), (7, 3), (7, 7), (4, 7), (4, 5)]);
-    let comb = (0..5).map(|i| wall(&[(1 + 2 * i, if i % 2 == 0 { 0 } else { 2 }), (1 + 2 * i, if i % 2 == 0 { 8 } else { 10 })]));
+    let comb = (0..5).map(|i| {
+        wall(&[
+            (1 + 2 * i, if i % 2 == 0 { 0 } else { 2 }),
+            (1 + 2 * i, if i % 2 == 0 { 8 } else { 10 }),
+        ])
+    });
     for (name, mut scene) in [
         ("nothing in the way", Scene::in_room(10, vec![])),
         ("one wall", Scene::in_room(10, vec![wall(&[(5, 2), (5, 8)])])),
@@ -146,20 +204,77 @@ fn scenes_by_hand() {
         ("a spiral on a grid", Scene::on_grid(11, 11, vec![spiral])),
         ("a comb", Scene::in_room(10, comb.clone().collect())),
         ("a comb on a grid", Scene::on_grid(11, 11, comb.collect())),
-        ("walls through from hull to hull", Scene::in_room(10, vec![wall(&[(5, 0), (5, 10)]), wall(&[(0, 5), (10, 5)])])),
-        ("touching corners", Scene::on_grid(9, 9, vec![block([1, 1], [3, 3]), block([4, 4], [3, 3]), block([1, 4], [3, 3])])),
-        ("shared walls", Scene::on_grid(9, 9, vec![block([1, 2], [3, 3]), block([4, 2], [2, 5]), block([6, 3], [1, 2])])),
-        ("tees", Scene::on_grid(9, 9, vec![wall(&[(1, 4), (7, 4)]), wall(&[(4, 4), (4, 8)]), wall(&[(2, 4), (2, 1)])])),
-        ("the island is the hull", Scene { lines: vec![block([0, 0], [6, 4])], ..Scene::default() }),
-        ("the island is a hull of many points", Scene::on_grid(5, 5, vec![block([0, 0], [4, 4])])),
-        ("walls on the hull", Scene::on_grid(5, 5, vec![wall(&[(0, 0), (4, 0), (4, 4), (1, 4)])])),
-        ("a closed wall", Scene::on_grid(9, 9, vec![wall(&[(2, 2), (6, 2), (6, 6), (2, 6), (2, 2)])])),
-        ("a lake with an island", Scene::on_grid(9, 9, vec![
-            block([1, 1], [7, 7]),
-            line(LineKind::Obstacle, &[(2, 2), (2, 6), (6, 6), (6, 2), (2, 2)]),
-            block([3, 3], [1, 1]),
-        ])),
-        ("a wall into a corner", Scene::on_grid(7, 7, vec![block([2, 2], [2, 2]), wall(&[(4, 4), (6, 6)]), wall(&[(2, 2), (0, 0)])])),
+        (
+            "walls through from hull to hull",
+            Scene::in_room(10, vec![wall(&[(5, 0), (5, 10)]), wall(&[(0, 5), (10, 5)])]),
+        ),
+        (
+            "touching corners",
+            Scene::on_grid(
+                9,
+                9,
+                vec![block([1, 1], [3, 3]), block([4, 4], [3, 3]), block([1, 4], [3, 3])],
+            ),
+        ),
+        (
+            "shared walls",
+            Scene::on_grid(
+                9,
+                9,
+                vec![block([1, 2], [3, 3]), block([4, 2], [2, 5]), block([6, 3], [1, 2])],
+            ),
+        ),
+        (
+            "tees",
+            Scene::on_grid(
+                9,
+                9,
+                vec![
+                    wall(&[(1, 4), (7, 4)]),
+                    wall(&[(4, 4), (4, 8)]),
+                    wall(&[(2, 4), (2, 1)]),
+                ],
+            ),
+        ),
+        (
+            "the island is the hull",
+            Scene {
+                lines: vec![block([0, 0], [6, 4])],
+                ..Scene::default()
+            },
+        ),
+        (
+            "the island is a hull of many points",
+            Scene::on_grid(5, 5, vec![block([0, 0], [4, 4])]),
+        ),
+        (
+            "walls on the hull",
+            Scene::on_grid(5, 5, vec![wall(&[(0, 0), (4, 0), (4, 4), (1, 4)])]),
+        ),
+        (
+            "a closed wall",
+            Scene::on_grid(9, 9, vec![wall(&[(2, 2), (6, 2), (6, 6), (2, 6), (2, 2)])]),
+        ),
+        (
+            "a lake with an island",
+            Scene::on_grid(
+                9,
+                9,
+                vec![
+                    block([1, 1], [7, 7]),
+                    line(LineKind::Obstacle, &[(2, 2), (2, 6), (6, 6), (6, 2), (2, 2)]),
+                    block([3, 3], [1, 1]),
+                ],
+            ),
+        ),
+        (
+            "a wall into a corner",
+            Scene::on_grid(
+                7,
+                7,
+                vec![block([2, 2], [2, 2]), wall(&[(4, 4), (6, 6)]), wall(&[(2, 2), (0, 0)])],
+            ),
+        ),
     ] {
         println!("{name}");
         scene.sites = vec![at(0, 0), at(4, 4), at(2, 3), at(4, 2), at(4, 4)];
@@ -225,7 +340,11 @@ proptest! {
 #[test]
 fn break_lines_change_nothing() {
     let mut random = Random(5);
-    let walls = vec![block([2, 2], [3, 2]), wall(&[(7, 1), (7, 8)]), wall(&[(1, 7), (6, 7), (6, 5)])];
+    let walls = vec![
+        block([2, 2], [3, 2]),
+        wall(&[(7, 1), (7, 8)]),
+        wall(&[(1, 7), (6, 7), (6, 5)]),
+    ];
     let mut broken = walls.clone();
     broken.extend((0..10).map(|i| line(LineKind::BreakLine, &[(0, i), (9, 9 - i)])));
     broken.push(line(LineKind::BreakLine, &[(0, 0), (9, 0), (9, 9), (0, 9), (0, 0)]));

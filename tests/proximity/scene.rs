@@ -35,7 +35,10 @@ pub fn wall(corners: &[(i32, i32)]) -> Line {
 /// The ring of an obstacle, counter-clockwise.
 pub fn block([x, y]: [i32; 2], [width, height]: [i32; 2]) -> Line {
     let (right, top) = (x + width, y + height);
-    line(LineKind::Obstacle, &[(x, y), (right, y), (right, top), (x, top), (x, y)])
+    line(
+        LineKind::Obstacle,
+        &[(x, y), (right, y), (right, top), (x, top), (x, y)],
+    )
 }
 
 impl Scene {
@@ -95,7 +98,12 @@ impl Scene {
 
     /// Vertices, middles between them, others, and places outside.
     pub fn targets(&self, random: &mut Random, count: usize) -> Vec<Point> {
-        let all: Vec<Point> = self.points.iter().chain(self.lines.iter().flat_map(|line| &line.1)).copied().collect();
+        let all: Vec<Point> = self
+            .points
+            .iter()
+            .chain(self.lines.iter().flat_map(|line| &line.1))
+            .copied()
+            .collect();
         let any = |random: &mut Random| all[random.below(all.len())];
         let mut targets = Vec::new();
         while targets.len() < count {
@@ -120,5 +128,7 @@ impl Scene {
 /// Opens a file with a cache of so many bytes.
 pub async fn open(scratch: &Scratch, cache: usize) -> TileReader {
     let cache = Cache::new(cache.min(1 << 30));
-    TileReader::open(&scratch.path, OpenOptions::default().cache(&cache)).await.unwrap()
+    TileReader::open(&scratch.path, OpenOptions::default().cache(&cache))
+        .await
+        .unwrap()
 }

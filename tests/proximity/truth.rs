@@ -40,7 +40,8 @@ async fn build(file: &Path, options: BuildOptions) -> (Scratch, TileReader) {
 /// The numbers of a table with a header.
 fn rows(text: &str) -> Vec<Vec<f64>> {
     let rows = text.lines().skip(1);
-    rows.map(|row| row.split(',').map(|cell| cell.parse().unwrap()).collect()).collect()
+    rows.map(|row| row.split(',').map(|cell| cell.parse().unwrap()).collect())
+        .collect()
 }
 
 fn unzipped(path: PathBuf) -> io::Result<String> {
@@ -69,8 +70,12 @@ fn paths_on_the_map_of_a_game() {
             };
             let (_scratch, reader) = build(&data("arena/arena.poly"), options).await;
             for row in &lengths {
-                let &[x, y, to_x, to_y, expected] = &row[..] else { panic!("{row:?}") };
-                for [from, to] in [[x, y, to_x, to_y], [to_x, to_y, x, y]].map(|[x, y, u, v]| [Point::new(x, y), Point::new(u, v)]) {
+                let &[x, y, to_x, to_y, expected] = &row[..] else {
+                    panic!("{row:?}")
+                };
+                for [from, to] in
+                    [[x, y, to_x, to_y], [to_x, to_y, x, y]].map(|[x, y, u, v]| [Point::new(x, y), Point::new(u, v)])
+                {
                     let Walk::Length(length) = walk(&reader, from, to).await else {
                         panic!("{row:?}: there is no path")
                     };
@@ -107,11 +112,18 @@ fn distances_among_islands() {
                 assert_eq!(found.len(), to.len());
                 for (place, path) in found {
                     let expected = of_query[place][7];
-                    assert!(is_near(path.distance.value, expected), "{:?}: {path:?}", of_query[place]);
+                    assert!(
+                        is_near(path.distance.value, expected),
+                        "{:?}: {path:?}",
+                        of_query[place]
+                    );
                 }
                 for row in of_query.iter().step_by(7) {
                     let found = walk(&reader, from, Point::new(row[4], row[5])).await;
-                    assert!(matches!(found, Walk::Length(length) if is_near(length, row[7])), "{row:?}: {found:?}");
+                    assert!(
+                        matches!(found, Walk::Length(length) if is_near(length, row[7])),
+                        "{row:?}: {found:?}"
+                    );
                 }
             }
         });

@@ -59,7 +59,11 @@ impl Spot {
         if n == 0 {
             return vec![0];
         }
-        if let Some(ray) = self.rays.iter().position(|&ray| same_direction(self.point, ray, towards)) {
+        if let Some(ray) = self
+            .rays
+            .iter()
+            .position(|&ray| same_direction(self.point, ray, towards))
+        {
             return vec![ray, (ray + n - 1) % n];
         }
         let turn = |a, b| orient2d(self.point, a, b);
@@ -69,7 +73,9 @@ impl Spot {
             Clockwise => !(turn(b, towards) == CounterClockwise && turn(towards, a) == CounterClockwise),
             Collinear => turn(a, towards) == CounterClockwise,
         };
-        let found: Vec<usize> = (0..n).filter(|&i| within(self.rays[i], self.rays[(i + 1) % n])).collect();
+        let found: Vec<usize> = (0..n)
+            .filter(|&i| within(self.rays[i], self.rays[(i + 1) % n]))
+            .collect();
         assert_eq!(found.len(), 1);
         found
     }
@@ -127,7 +133,12 @@ impl Oracle {
         Self::new(points, corners, &walls, !reader.directory().metadata.exterior_is_hole)
     }
 
-    fn new(points: Vec<Point>, triangles: Vec<([usize; 3], bool)>, walls: &[[usize; 2]], outside_is_free: bool) -> Self {
+    fn new(
+        points: Vec<Point>,
+        triangles: Vec<([usize; 3], bool)>,
+        walls: &[[usize; 2]],
+        outside_is_free: bool,
+    ) -> Self {
         let mut left: HashMap<[usize; 2], bool> = HashMap::new();
         for (corners, is_free) in &triangles {
             for s in 0..3 {
@@ -135,7 +146,11 @@ impl Oracle {
             }
         }
         let is_free = |a: usize, b: usize| left.get(&[a, b]).copied().unwrap_or(outside_is_free);
-        let mut blocked: Vec<[usize; 2]> = left.keys().copied().filter(|&[a, b]| is_free(a, b) != is_free(b, a)).collect();
+        let mut blocked: Vec<[usize; 2]> = left
+            .keys()
+            .copied()
+            .filter(|&[a, b]| is_free(a, b) != is_free(b, a))
+            .collect();
         blocked.extend(walls);
         blocked.iter_mut().for_each(|edge| edge.sort_unstable());
         blocked.sort_unstable();
@@ -166,7 +181,12 @@ impl Oracle {
         };
         let n = this.points.len();
         this.graph = (0..n)
-            .map(|a| (0..n).filter(|&b| a != b).flat_map(|b| this.steps(&this.spots[a], &this.spots[b], b)).collect())
+            .map(|a| {
+                (0..n)
+                    .filter(|&b| a != b)
+                    .flat_map(|b| this.steps(&this.spots[a], &this.spots[b], b))
+                    .collect()
+            })
             .collect();
         this
     }
@@ -179,7 +199,9 @@ impl Oracle {
         }
         let crosses = self.blocked.iter().any(|&[p, q]| {
             let [p, q] = [p, q].map(|v| self.points[v]);
-            let apart = |turns: [Orientation; 2]| matches!(turns, [Clockwise, CounterClockwise] | [CounterClockwise, Clockwise]);
+            let apart = |turns: [Orientation; 2]| {
+                matches!(turns, [Clockwise, CounterClockwise] | [CounterClockwise, Clockwise])
+            };
             apart([orient2d(a, b, p), orient2d(a, b, q)]) && apart([orient2d(p, q, a), orient2d(p, q, b)])
         });
         if crosses {
@@ -229,9 +251,15 @@ impl Oracle {
                 };
             }
             // What is on the left of the way to the end is on the left of the edge.
-            let beyond = self.triangles.iter().find(|(c, _)| (0..3).any(|s| [c[s], c[(s + 1) % 3]] == [edge[1], edge[0]]));
+            let beyond = self
+                .triangles
+                .iter()
+                .find(|(c, _)| (0..3).any(|s| [c[s], c[(s + 1) % 3]] == [edge[1], edge[0]]));
             let beyond = beyond.map_or(self.outside_is_free, |(_, is_free)| *is_free);
-            return Spot::new(point, vec![(self.points[edge[1]], *is_free), (self.points[edge[0]], beyond)]);
+            return Spot::new(
+                point,
+                vec![(self.points[edge[1]], *is_free), (self.points[edge[0]], beyond)],
+            );
         }
         Spot {
             point,
@@ -247,7 +275,11 @@ impl Oracle {
 
     /// The shortest ways from a point to all vertices, by sectors.
     fn ways(&self, source: &Spot) -> Vec<Vec<f64>> {
-        let mut ways: Vec<Vec<f64>> = self.spots.iter().map(|spot| vec![f64::INFINITY; spot.is_free.len()]).collect();
+        let mut ways: Vec<Vec<f64>> = self
+            .spots
+            .iter()
+            .map(|spot| vec![f64::INFINITY; spot.is_free.len()])
+            .collect();
         if let Some(vertex) = self.points.iter().position(|&p| p == source.point) {
             for sector in source.free_sectors() {
                 ways[vertex][sector] = 0.0;
@@ -261,7 +293,10 @@ impl Oracle {
         }
         let mut done: Vec<Vec<bool>> = ways.iter().map(|ways| vec![false; ways.len()]).collect();
         loop {
-            let all = ways.iter().enumerate().flat_map(|(v, ways)| ways.iter().enumerate().map(move |(s, &way)| (way, v, s)));
+            let all = ways
+                .iter()
+                .enumerate()
+                .flat_map(|(v, ways)| ways.iter().enumerate().map(move |(s, &way)| (way, v, s)));
             let open = all.filter(|&(way, v, s)| !done[v][s] && way.is_finite());
             let Some((way, vertex, sector)) = open.min_by(|a, b| a.0.total_cmp(&b.0)) else {
                 return ways;
@@ -299,7 +334,11 @@ impl Oracle {
                     }
                 }
             }
-            if best.is_finite() { Walk::Length(best) } else { Walk::Unreachable }
+            if best.is_finite() {
+                Walk::Length(best)
+            } else {
+                Walk::Unreachable
+            }
         };
         to.iter().map(walk).collect()
     }

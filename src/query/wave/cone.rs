@@ -91,7 +91,11 @@ impl Cone {
 fn to_segment(a: Point, b: Point) -> f64 {
     let d = minus(b, a);
     let square = d.x * d.x + d.y * d.y;
-    let along = if square > 0.0 { -(a.x * d.x + a.y * d.y) / square } else { 0.0 };
+    let along = if square > 0.0 {
+        -(a.x * d.x + a.y * d.y) / square
+    } else {
+        0.0
+    };
     let along = along.clamp(0.0, 1.0);
     let foot = Point::new(a.x + along * d.x, a.y + along * d.y);
     (foot.x * foot.x + foot.y * foot.y).sqrt()

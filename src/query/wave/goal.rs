@@ -134,7 +134,11 @@ impl Places {
     /// The places on a vertex.
     #[inline]
     pub(super) fn on_vertex(&self, vertex: Point) -> impl Iterator<Item = u32> {
-        let found = if self.vertices.is_empty() { None } else { self.vertices.get(&number(vertex)) };
+        let found = if self.vertices.is_empty() {
+            None
+        } else {
+            self.vertices.get(&number(vertex))
+        };
         let places = found.into_iter().flatten().copied();
         places.filter(move |&index| self.points[index as usize] == vertex)
     }

@@ -57,7 +57,10 @@ impl Via {
 
     pub(super) fn to_vertex(self) -> VertexId {
         match self {
-            Self::Side(index) => VertexId { tile: Self::SIDE, index },
+            Self::Side(index) => VertexId {
+                tile: Self::SIDE,
+                index,
+            },
             Self::RightOf(vertex) => vertex,
             Self::Outside => VertexId {
                 tile: NOWHERE,

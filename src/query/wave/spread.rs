@@ -266,7 +266,11 @@ impl Wave {
         leftwards: bool,
     ) -> Result<(), String> {
         let at = self.roots[root as usize].point;
-        let turn = if leftwards { Orientation::CounterClockwise } else { Orientation::Clockwise };
+        let turn = if leftwards {
+            Orientation::CounterClockwise
+        } else {
+            Orientation::Clockwise
+        };
         let mut wedges = Vec::new();
         let (mut wedge, mut is_beyond) = (start, false);
         for _ in 0..=ground.tile.triangle_count() {
@@ -284,7 +288,11 @@ impl Wave {
             if is_beyond {
                 wedges.push((wedge, far));
             }
-            let next = if leftwards { ground.left_of(vertex, wedge)? } else { ground.right_of(vertex, wedge)? };
+            let next = if leftwards {
+                ground.left_of(vertex, wedge)?
+            } else {
+                ground.right_of(vertex, wedge)?
+            };
             match next {
                 Some(next) if next != start => wedge = next,
                 _ => break,
@@ -328,7 +336,8 @@ impl Wave {
         // The outside is wider than a half-turn, or one: what is not strictly between the edges, seen from inside.
         let sees = |&goal: &u32| {
             let point = places.points()[goal as usize];
-            orient2d(at, right, point) != Orientation::Clockwise || orient2d(at, left, point) != Orientation::CounterClockwise
+            orient2d(at, right, point) != Orientation::Clockwise
+                || orient2d(at, left, point) != Orientation::CounterClockwise
         };
         let seen: Vec<u32> = places.outside.iter().copied().filter(sees).collect();
         self.see_places(&seen, root);
@@ -343,7 +352,8 @@ impl Wave {
         }
         let at = self.roots[root as usize].point;
         let seen: Vec<u32> = if is_on_edge {
-            let beyond = |&goal: &u32| orient2d(left, right, places.points()[goal as usize]) != Orientation::CounterClockwise;
+            let beyond =
+                |&goal: &u32| orient2d(left, right, places.points()[goal as usize]) != Orientation::CounterClockwise;
             places.outside.iter().copied().filter(beyond).collect()
         } else {
             places.outside_within(at, right, left).collect()

@@ -44,7 +44,13 @@ impl Wave {
         }
         if let Goal::Places(places) = &self.goal {
             let here = |(point, _): &(&Point, u32)| **point == source.point;
-            let here: Vec<u32> = places.points().iter().zip(0..).filter(here).map(|(_, goal)| goal).collect();
+            let here: Vec<u32> = places
+                .points()
+                .iter()
+                .zip(0..)
+                .filter(here)
+                .map(|(_, goal)| goal)
+                .collect();
             for goal in here {
                 self.tell_place(goal, 0.0, 0);
             }
@@ -161,7 +167,11 @@ impl Wave {
     /// Places outside that the source sees beside the hull, past its outermost vertex on the right or on the left.
     fn see_past_hull(&mut self, outermost: Point, on_right: bool) {
         let Goal::Places(places) = &self.goal else { return };
-        let hidden = if on_right { Orientation::CounterClockwise } else { Orientation::Clockwise };
+        let hidden = if on_right {
+            Orientation::CounterClockwise
+        } else {
+            Orientation::Clockwise
+        };
         let beside = places.outside.iter().copied().filter(|&goal| {
             let point = places.points()[goal as usize];
             orient2d(self.source, outermost, point) != hidden
