@@ -146,7 +146,7 @@ impl Leg<'_> {
         let mut is_free = self.to_is_outside;
         for (vertex, forward) in [(first, true), (second, false)] {
             let mut vertex = vertex;
-            loop {
+            for _ in 0..=self.tiles.hull_edges() {
                 let tile = self.tiles.get(vertex.tile).await?;
                 let ground = self.ground(&tile);
                 let edge = ground.along_hull(vertex.index, forward);

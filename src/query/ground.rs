@@ -19,7 +19,7 @@
 
 use super::star::{next, previous};
 use crate::geometry::{Orientation, Point, orient2d};
-use crate::store::{Across, Tile};
+use crate::store::{Across, Marks, Tile};
 
 /// A vertex round which a path can bend, in one of its sectors.
 pub(super) const TURNING: u8 = 1;
@@ -250,13 +250,25 @@ impl<'t> Ground<'t> {
         Ok(None)
     }
 
-    /// What is true of each vertex of the tile: [`TURNING`], [`SITE`], [`SINGLE`]. Where the tile contradicts itself, the star
-    /// says so when it is walked round.
-    pub(super) fn marks(self) -> &'t [u8] {
+    /// What is true of each vertex of the tile: [`TURNING`], [`SITE`], [`SINGLE`]; and the neighbours at the right and left end
+    /// of the sector in which it turns. Where the tile contradicts itself, the star says so when it is walked round.
+    pub(super) fn marks(self) -> &'t Marks {
         self.tile.marks(|| self.find_marks())
     }
 
-    fn find_marks(self) -> Vec<u8> {
+    /// Whether a straight way from a point to a vertex of the tile that turns may go on round what is beside it. It may not if both ends
+    /// of the sector face the point.
+    pub(super) fn can_turn(self, from: Point, vertex: u32) -> bool {
+        let ends = &self.marks().ends;
+        let Ok(place) = ends.binary_search_by_key(&vertex, |&(vertex, _)| vertex) else {
+            return true;
+        };
+        let at = self.point(vertex);
+        let [right, left] = ends[place].1.map(|end| orient2d(from, at, self.point(end)));
+        left != Orientation::Clockwise || right != Orientation::CounterClockwise
+    }
+
+    fn find_marks(self) -> Marks {
         const TOUCHED: u8 = 128;
         let vertices = self.tile.vertex_count();
         let mut marks = vec![SINGLE; vertices as usize];
@@ -274,26 +286,60 @@ impl<'t> Ground<'t> {
                 marks[end as usize] |= TOUCHED;
             }
         }
+        let mut ends = Vec::new();
         for (vertex, mark) in (0..).zip(&mut marks) {
-            if *mark & TOUCHED != 0 {
-                let (sectors, turns) = self.count_sectors(vertex).unwrap_or((2, true));
-                *mark &= !(TOUCHED | SINGLE);
-                *mark |= if turns { TURNING } else { 0 } | if sectors == 1 { SINGLE } else { 0 };
+            if *mark & TOUCHED == 0 {
+                continue;
+            }
+            *mark &= !(TOUCHED | SINGLE);
+            match self.sectors(vertex) {
+                Ok((sectors, turning)) => {
+                    *mark |= if sectors == 1 { SINGLE } else { 0 };
+                    if let Some(of_turning) = turning {
+                        *mark |= TURNING;
+                        ends.push((vertex, of_turning));
+                    }
+                }
+                Err(_) => *mark |= TURNING,
             }
         }
-        marks
+        Marks {
+            of_vertices: marks,
+            ends,
+        }
     }
 
-    /// How many free sectors a vertex has, and whether it turns in one of them.
-    fn count_sectors(self, vertex: u32) -> Result<(u32, bool), String> {
-        let (mut sectors, mut turns) = (0, false);
+    /// How many free sectors a vertex has, and the neighbours at the right and left end of that in which it turns.
+    fn sectors(self, vertex: u32) -> Result<(u32, Option<[u32; 2]>), String> {
+        let (mut sectors, mut turning) = (0, None);
         for wedge in self.free_wedges(vertex)? {
-            if self.right_of(vertex, wedge)?.is_none() {
-                sectors += 1;
-                turns |= self.turns_from(vertex, wedge)?;
+            if self.right_of(vertex, wedge)?.is_some() {
+                continue;
+            }
+            sectors += 1;
+            if self.turns_from(vertex, wedge)? {
+                let last = self.end_of_sector(vertex, wedge, true)?;
+                turning = Some([self.neighbours(vertex, wedge)?[0], self.neighbours(vertex, last)?[1]]);
             }
         }
-        Ok((sectors, turns))
+        Ok((sectors, turning))
+    }
+
+    /// The last wedge of a sector, from one of its wedges on leftwards or rightwards.
+    pub(super) fn end_of_sector(self, vertex: u32, wedge: Wedge, leftwards: bool) -> Result<Wedge, String> {
+        let mut wedge = wedge;
+        for _ in 0..=self.tile.triangle_count() {
+            let there = if leftwards {
+                self.left_of(vertex, wedge)?
+            } else {
+                self.right_of(vertex, wedge)?
+            };
+            match there {
+                Some(there) => wedge = there,
+                None => return Ok(wedge),
+            }
+        }
+        Err(endless(vertex))
     }
 }
 
@@ -301,6 +347,6 @@ fn incomplete(vertex: u32) -> String {
     format!("the star of vertex {vertex} is not complete")
 }
 
-pub(super) fn endless(vertex: u32) -> String {
+fn endless(vertex: u32) -> String {
     format!("the star of vertex {vertex} does not close")
 }

@@ -47,6 +47,7 @@ pub(super) async fn path(
     length: f64,
     is_certified: bool,
 ) -> Result<Path, QueryError> {
+    let legs = way.len();
     let way = bent(way);
     if is_certified {
         certify(tiles, &way, ends).await?;
@@ -59,7 +60,7 @@ pub(super) async fn path(
         }
     }
     Ok(Path {
-        distance: Distance::of_legs(length, way.len()),
+        distance: Distance::of_legs(length, legs),
         points: way.into_iter().map(|(point, _)| point).collect(),
         bends,
         is_certified,
@@ -128,26 +129,15 @@ async fn bend(tiles: &mut Tiles, vertex: Vertex, turns_left: bool) -> Result<Ben
 
 /// The side of a vertex's tile, from or to the vertex, at the left or right end of the sector in which paths turn there.
 fn bound(ground: Ground<'_>, vertex: u32, on_left: bool) -> Result<u32, String> {
-    let Some(mut wedge) = ground.turning_sector(vertex)? else {
+    let Some(wedge) = ground.turning_sector(vertex)? else {
         return Err(format!("a path bends at vertex {vertex}, where nothing is in the way"));
     };
-    for _ in 0..=ground.tile.triangle_count() {
-        let next = if on_left {
-            ground.left_of(vertex, wedge)?
-        } else {
-            ground.right_of(vertex, wedge)?
-        };
-        let Some(next) = next else {
-            return match (wedge, on_left) {
-                (Wedge::Triangle(side), true) => Ok(previous(side)),
-                (Wedge::Triangle(side), false) => Ok(side),
-                (Wedge::Outside, true) => ground.first(vertex),
-                (Wedge::Outside, false) => ground.last(vertex).map(previous),
-            };
-        };
-        wedge = next;
+    match (ground.end_of_sector(vertex, wedge, on_left)?, on_left) {
+        (Wedge::Triangle(side), true) => Ok(previous(side)),
+        (Wedge::Triangle(side), false) => Ok(side),
+        (Wedge::Outside, true) => ground.first(vertex),
+        (Wedge::Outside, false) => ground.last(vertex).map(previous),
     }
-    Err(super::ground::endless(vertex))
 }
 
 /// The lines along a side, as seen in its direction or against it.

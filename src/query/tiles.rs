@@ -40,6 +40,11 @@ impl Tiles {
         !self.reader.directory().metadata.exterior_is_hole
     }
 
+    /// Edges of the hull.
+    pub(super) fn hull_edges(&self) -> u64 {
+        self.reader.directory().metadata.hull_edges
+    }
+
     /// A tile.
     pub(super) async fn get(&mut self, id: TileId) -> Result<Arc<Tile>, QueryError> {
         if let Some(place) = self.held.iter().position(|tile| tile.id() == id) {

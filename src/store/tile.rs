@@ -70,8 +70,17 @@ pub struct Tile {
     sources: [Option<Sources>; 2],
     regions: Regions,
     sites: Option<Sites>,
-    /// What queries note of each vertex; found when the first one asks.
-    marks: Arc<OnceLock<Vec<u8>>>,
+    /// What queries note of the vertices; found when the first one asks.
+    marks: Arc<OnceLock<Marks>>,
+}
+
+/// What queries note of a tile's vertices.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Marks {
+    /// A byte for each.
+    pub(crate) of_vertices: Vec<u8>,
+    /// Two corners for some of them, in order.
+    pub(crate) ends: Vec<(u32, [u32; 2])>,
 }
 
 /// Bytes of a foreign vertex in a border.
@@ -128,8 +137,8 @@ impl Tile {
             + self.sources.iter().flatten().map(Sources::byte_size).sum::<usize>()
             + self.regions.byte_size()
             + self.sites.as_ref().map_or(0, Sites::byte_size)
-            // Marks, if a query asks for them.
-            + self.records.len()
+            // Marks, if a query asks for them; most vertices have no ends.
+            + 4 * self.records.len()
             + packed.iter().map(|p| p.byte_size()).sum::<usize>()
     }
 
@@ -361,8 +370,8 @@ impl Tile {
         sites.flat_map(move |sites| sites.at(vertex))
     }
 
-    /// A byte for each vertex of the tile, made when it is first asked for.
-    pub(crate) fn marks(&self, make: impl FnOnce() -> Vec<u8>) -> &[u8] {
+    /// What queries note of the vertices, made when it is first asked for.
+    pub(crate) fn marks(&self, make: impl FnOnce() -> Marks) -> &Marks {
         self.marks.get_or_init(make)
     }
 

@@ -286,12 +286,11 @@ impl Wave {
         }
     }
 
-    /// Whether a vertex of these marks is of any use.
-    #[inline]
-    fn wants(&self, marks: u8) -> bool {
+    /// Whether a vertex of these marks is one of those that are looked for.
+    fn is_told_of(&self, marks: u8) -> bool {
         match self.goal {
-            Goal::Sites => marks & (TURNING | SITE) != 0,
-            Goal::Places(_) => marks & TURNING != 0,
+            Goal::Sites => marks & SITE != 0,
+            Goal::Places(_) => false,
             Goal::Vertices => true,
         }
     }

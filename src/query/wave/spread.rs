@@ -34,8 +34,8 @@ impl Wave {
             self.pause = self.pause.saturating_sub(1);
             let apex = ground.tile.origin(previous(side));
             let point = ground.point(apex);
-            self.see_places_within(ground, root, side / 3, &cone);
             let [left, right] = [side, next(side)].map(|side| ground.point(ground.tile.origin(side)));
+            self.see_places_within(root, [left, right, point], &cone);
             let turns = [cone.right, cone.left].map(|bound| orient2d(cone.root, bound, point));
             let [over_right, over_left] = [(next(side), [right, point]), (previous(side), [point, left])];
             let ways = match turns {
@@ -176,15 +176,18 @@ impl Wave {
             }
         }
         let is_own = corner < ground.tile.vertex_count();
-        let own_marks = is_own.then(|| ground.marks()[corner as usize]);
-        if own_marks.is_some_and(|marks| !self.wants(marks)) {
+        let own_marks = is_own.then(|| ground.marks().of_vertices[corner as usize]);
+        if let Some(marks) = own_marks
+            && !self.is_told_of(marks)
+            && (marks & TURNING == 0 || !ground.can_turn(from.point, corner))
+        {
             return;
         }
         let length = from.length + distance(from.point, point);
         let id = ground.tile.vertex(corner).id;
         if let Some(seen) = self.seen.get_mut(&id) {
             let marks = own_marks.or(seen.marks);
-            if length > seen.limit * TIE || marks.is_some_and(|marks| !self.wants(marks)) {
+            if length > seen.limit * TIE || marks.is_some_and(|marks| marks & TURNING == 0 && !self.is_told_of(marks)) {
                 return;
             }
         }
@@ -209,7 +212,7 @@ impl Wave {
     /// A vertex is the nearest thing to do.
     pub(super) fn reach(&mut self, ground: Ground<'_>, item: &Item) -> Result<(), String> {
         let (vertex, length) = (item.index, item.left.x);
-        let Some(&marks) = ground.marks().get(vertex as usize) else {
+        let Some(&marks) = ground.marks().of_vertices.get(vertex as usize) else {
             return Err(format!("there is no vertex {vertex}, but other tiles have it"));
         };
         let id = ground.tile.vertex(vertex).id;
@@ -378,10 +381,10 @@ impl Wave {
     }
 
     /// The places in a closed triangle that a cone holds.
-    fn see_places_within(&mut self, ground: Ground<'_>, root: u32, triangle: u32, cone: &Cone) {
+    fn see_places_within(&mut self, root: u32, corners: [Point; 3], cone: &Cone) {
         let Goal::Places(places) = &self.goal else { return };
         let mut found = Vec::new();
-        places.in_triangle(ground.tile.triangle_points(triangle), |goal, point| {
+        places.in_triangle(corners, |goal, point| {
             let is_within = orient2d(cone.root, cone.right, point) != Orientation::Clockwise
                 && orient2d(cone.root, cone.left, point) != Orientation::CounterClockwise;
             if is_within {

@@ -124,6 +124,7 @@ impl Wave {
         if vertex >= ground.tile.vertex_count() {
             return Err(format!("there is no vertex {vertex}, but other tiles have it"));
         }
+        self.pause = self.pause.saturating_sub(1);
         let at = self.source;
         self.see(ground, 0, vertex, Via::Outside);
         let edge = ground.along_hull(vertex, forward)?;
