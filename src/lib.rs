@@ -9,7 +9,7 @@
 //! ```text
 //!   input            build                                       store                          query
 //!   ┌──────────┐     ┌──────┐   ┌───────┐   ┌─────┐              ┌──────────────────────┐       ┌──────────────┐
-//!   │ LAS text │     │divide│   │conquer│   │merge│   ┌───────┐  │ cores borders        │ cache │ locate       │
+//!   │ LAS text │     │divide│   │conquer│   │merge│   ┌───────┐  │ cores borders        │ cache │ locate, path │
 //!   │ f64 node ├────▶│ k-d  ├──▶│ tiles ├──▶│seams├──▶│borders├─▶│ directory superblock ├──────▶│ triangles_in │
 //!   │ GeoJSON  │     │ tree │   │       │   │     │   │       │  └──────────┬───────────┘       └──────────────┘
 //!   └──────────┘     └──────┘   └───┬───┘   └──┬──┘   └───────┘             │ verify, digest, export

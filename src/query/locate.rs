@@ -1,12 +1,16 @@
-//! Which triangle contains a point: a walk from the nearest vertex of the cell's tile.
+//! Which triangle contains a point: a walk from a near vertex of the cell's tile (Mücke, Saias and Zhu, "Fast randomized point location
+//! without preprocessing", 1996).
 //!
 //! The walk crosses any side that has the point strictly on its other side (Devillers, Pion and Teillaud, "Walking in a
-//! triangulation", 2002); on a Delaunay triangulation it cannot go in circles.
+//! triangulation", 2002), in random order: on a Delaunay triangulation it cannot go in circles, and on others it does not for ever.
 
 use super::representable;
 use super::star::{next, previous, side_towards};
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::store::{Across, ReadError, Tile, TileId, TileReader, Vertex, VertexId};
+
+/// Vertices of a tile that are looked at for where to start: for the largest tiles the walk is about as long as that then.
+const SAMPLE: usize = 64;
 
 /// A triangle, by a tile that holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,11 +41,25 @@ pub enum Location {
     Outside,
 }
 
+/// Where a walk ends.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Walked {
+    pub(super) location: Location,
+    /// Outside: the edge by which it left the hull, which lies on its left; none if there are no triangles.
+    pub(super) exit: Option<[VertexId; 2]>,
+}
+
+impl From<Location> for Walked {
+    fn from(location: Location) -> Self {
+        Self { location, exit: None }
+    }
+}
+
 /// What the walk needs to go on.
-enum Step {
+pub(super) enum Step {
     /// The tile of this vertex.
     Need(TileId),
-    Done(Location),
+    Done(Walked),
 }
 
 /// Where the walk starts.
@@ -53,7 +71,7 @@ enum Start {
 }
 
 /// A walk that is interrupted where it enters another tile.
-struct Locate {
+pub(super) struct Locate {
     target: Point,
     /// Where to enter the next tile: through the side from the first vertex to the second, which the next tile owns.
     enter: Option<(VertexId, VertexId)>,
@@ -62,12 +80,21 @@ struct Locate {
 }
 
 impl Locate {
+    /// A walk to a point, in a triangulation of so many triangles.
+    pub(super) fn new(target: Point, triangles: u64) -> Self {
+        Self {
+            target,
+            enter: None,
+            steps: 4 * triangles.saturating_add(4),
+        }
+    }
+
     /// Goes on in a tile; an error says how the tile contradicts itself or others.
-    fn step(&mut self, tile: &Tile) -> Result<Step, String> {
+    pub(super) fn step(&mut self, tile: &Tile) -> Result<Step, String> {
         let mut side = match self.enter.take() {
             None => match self.start(tile) {
                 Start::From(side) => side,
-                Start::There(location) => return Ok(Step::Done(location)),
+                Start::There(location) => return Ok(Step::Done(location.into())),
             },
             Some((from, to)) => {
                 if to.index >= tile.vertex_count() {
@@ -75,24 +102,31 @@ impl Locate {
                 }
                 match side_towards(tile, to.index, from)? {
                     Some(side) => side,
-                    None => return Ok(Step::Done(Location::Outside)),
+                    None => return Ok(outside([to, from])),
                 }
             }
         };
         loop {
             self.steps = self.steps.checked_sub(1).ok_or("a walk goes in circles")?;
-            let sides = [next(side), previous(side), side];
+            // Off Delaunay's triangulation, where constraints are, the walk might go in circles if it always turned the same way.
+            let turns_left = self.steps.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 63 == 1;
+            let [one, other] = if turns_left {
+                [previous(side), next(side)]
+            } else {
+                [next(side), previous(side)]
+            };
+            let sides = [one, other, side];
             let turns = sides.map(|s| {
                 let [from, to] = [s, next(s)].map(|s| tile.vertex(tile.origin(s)).point);
                 orient2d(from, to, self.target)
             });
             let Some(exit) = turns.iter().position(|&turn| turn == Orientation::Clockwise) else {
-                return Ok(Step::Done(inside(tile, sides, turns)));
+                return Ok(Step::Done(inside(tile, sides, turns).into()));
             };
             let exit = sides[exit];
             side = match tile.across(exit) {
                 Across::Side(side) => side,
-                Across::Hull => return Ok(Step::Done(Location::Outside)),
+                Across::Hull => return Ok(outside(tile.ends(exit).map(|end| end.id))),
                 Across::Elsewhere => {
                     let [from, to] = [exit, next(exit)].map(|s| tile.vertex(tile.origin(s)).id);
                     // Across, the side runs from `to` to `from`.
@@ -103,25 +137,30 @@ impl Locate {
         }
     }
 
-    /// A side that leaves the tile's vertex nearest to the target, or where the target lies if it is that vertex.
+    /// A side that leaves a vertex near the target, or where the target lies if nothing leaves it.
     fn start(&self, tile: &Tile) -> Start {
         let square = |p: Point| {
             let (dx, dy) = (p.x - self.target.x, p.y - self.target.y);
             dx * dx + dy * dy
         };
-        let nearest = tile
-            .points()
-            .zip(0..)
-            .min_by(|(p, _), (q, _)| square(*p).total_cmp(&square(*q)));
-        let Some((point, vertex)) = nearest else {
-            return Start::There(Location::Outside);
-        };
-        if point == self.target {
-            return Start::There(Location::OnVertex(tile.vertex(vertex)));
+        // The nearest of a few; their vertices are in Morton order, so these are spread evenly.
+        let apart = (tile.vertex_count() as usize / SAMPLE).max(1);
+        let sample = (0..tile.vertex_count()).step_by(apart);
+        let nearest = sample.min_by(|&p, &q| square(tile.point(p)).total_cmp(&square(tile.point(q))));
+        if let Some(side) = nearest.and_then(|vertex| tile.side_leaving(vertex)) {
+            return Start::From(side);
         }
-        tile.side_leaving(vertex)
-            .map_or(Start::There(Location::Outside), Start::From)
+        // Without triangles there is nothing but vertices.
+        let here = tile.points().zip(0..).find(|(point, _)| *point == self.target);
+        Start::There(here.map_or(Location::Outside, |(_, vertex)| Location::OnVertex(tile.vertex(vertex))))
     }
+}
+
+fn outside(exit: [VertexId; 2]) -> Step {
+    Step::Done(Walked {
+        location: Location::Outside,
+        exit: Some(exit),
+    })
 }
 
 /// Where the target lies in a triangle that it is not outside of.
@@ -165,16 +204,12 @@ impl TileReader {
         if !directory.metadata.bounds.contains(target) {
             return Ok(Location::Outside);
         }
-        let mut walk = Locate {
-            target,
-            enter: None,
-            steps: 4 * directory.metadata.triangles.saturating_add(4),
-        };
+        let mut walk = Locate::new(target, directory.metadata.triangles);
         loop {
             let tile = self.tile(id).await?;
             match walk.step(&tile).map_err(|reason| self.damaged(id, reason))? {
                 Step::Need(other) => id = other,
-                Step::Done(location) => return Ok(location),
+                Step::Done(walked) => return Ok(walked.location),
             }
         }
     }

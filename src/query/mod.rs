@@ -1,12 +1,33 @@
 //! Questions to a triangulation on disk.
 //!
 //! A query is a state machine without I/O that asks for tiles; a thin async driver feeds it through the cache.
+//!
+//! ```text
+//!   proximity ──▶ place ──▶ locate        where a query begins and ends
+//!       │
+//!       ├───────▶ wave ───▶ ground        what can be reached from there, nearest first; where one may walk
+//!       │
+//!       └───────▶ route                   the path as it bends, and its proof
+//! ```
 
+mod certify;
+mod ground;
 mod locate;
+mod options;
+mod place;
+mod proximity;
+mod route;
 mod star;
+mod straight;
+mod tiles;
 mod triangles_in;
+mod wave;
 
 pub use locate::{Location, TriangleRef};
+pub use options::{QueryError, QueryOptions};
+pub use proximity::{Distance, Footing, PathOutcome, SiteFound, VertexFound};
+pub use route::{Bend, Path};
+pub use straight::Near;
 
 use crate::geometry::Point;
 

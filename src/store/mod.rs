@@ -36,7 +36,7 @@ pub use metadata::{LineSource, Metadata, Source};
 pub(crate) use pass::{Needs, Plan, TileInPass, Workspaces, by_tile, joined, list_for, spawn};
 pub use reader::{OpenOptions, ReadError, TileReader};
 pub use superblock::{FORMAT_VERSION, FileId};
-pub(crate) use tile::Component;
 pub use tile::{Across, Site, Tile, Vertex};
+pub(crate) use tile::{Component, Marks};
 pub use verify::{LineBatch, VerifyError, VerifyReport};
 pub(crate) use writer::TileWriter;

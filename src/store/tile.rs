@@ -8,6 +8,7 @@ mod sites;
 mod tests;
 
 use std::fmt;
+use std::sync::{Arc, OnceLock};
 
 use bytes::Bytes;
 
@@ -69,6 +70,17 @@ pub struct Tile {
     sources: [Option<Sources>; 2],
     regions: Regions,
     sites: Option<Sites>,
+    /// What queries note of the vertices; found when the first one asks.
+    marks: Arc<OnceLock<Marks>>,
+}
+
+/// What queries note of a tile's vertices.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Marks {
+    /// A byte for each.
+    pub(crate) of_vertices: Vec<u8>,
+    /// Two corners for some of them, in order.
+    pub(crate) ends: Vec<(u32, [u32; 2])>,
 }
 
 /// Bytes of a foreign vertex in a border.
@@ -125,6 +137,8 @@ impl Tile {
             + self.sources.iter().flatten().map(Sources::byte_size).sum::<usize>()
             + self.regions.byte_size()
             + self.sites.as_ref().map_or(0, Sites::byte_size)
+            // Marks, if a query asks for them; most vertices have no ends.
+            + 4 * self.records.len()
             + packed.iter().map(|p| p.byte_size()).sum::<usize>()
     }
 
@@ -163,6 +177,12 @@ impl Tile {
             (&self.foreign, FOREIGN * (corner - vertices))
         };
         Point::new(f64_at(bytes, at), f64_at(bytes, at + 8))
+    }
+
+    /// Where a corner is: a vertex of the tile, or of another one.
+    #[inline]
+    pub(crate) fn corner(&self, corner: u32) -> Point {
+        self.corner_point(corner as usize)
     }
 
     /// The vertex behind a corner.
@@ -344,6 +364,17 @@ impl Tile {
         sites.flat_map(|sites| (0..sites.len()).map(|place| sites.get(place)))
     }
 
+    /// The sites at a vertex of the tile, by number.
+    pub fn sites_at(&self, vertex: u32) -> impl Iterator<Item = Site<'_>> {
+        let sites = self.sites.iter();
+        sites.flat_map(move |sites| sites.at(vertex))
+    }
+
+    /// What queries note of the vertices, made when it is first asked for.
+    pub(crate) fn marks(&self, make: impl FnOnce() -> Marks) -> &Marks {
+        self.marks.get_or_init(make)
+    }
+
     /// How many sites there are at the tile's vertices.
     #[must_use]
     pub fn site_count(&self) -> u32 {
@@ -365,15 +396,20 @@ impl Tile {
             // Both ends are other tiles'.
             Across::Elsewhere => false,
         };
-        let any = self.side_bits.iter().any(SideBits::any);
-        let sides = 0..if any { 3 * self.triangle_count() } else { 0 };
-        sides.filter(move |&side| {
-            self.is_constraint(side) && is_first(side) && {
+        self.constraint_sides().filter(move |&side| {
+            is_first(side) && {
                 let [from, to] = self.ends(side);
                 let smallest = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
                 smallest.id.tile == self.id
             }
         })
+    }
+
+    /// All sides that are on constraints.
+    pub(crate) fn constraint_sides(&self) -> impl Iterator<Item = u32> {
+        let any = self.side_bits.iter().any(SideBits::any);
+        let sides = 0..if any { 3 * self.triangle_count() } else { 0 };
+        sides.filter(|&side| self.is_constraint(side))
     }
 
     /// The vertices of a side.

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test uses its part")]
 
 pub mod flat;
+pub mod oracle;
 pub mod places;
 
 use std::path::{Path, PathBuf};

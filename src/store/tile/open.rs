@@ -1,5 +1,7 @@
 //! From bytes to a tile: what is checked, so that nothing panics later.
 
+use std::sync::Arc;
+
 use bytes::Bytes;
 
 use super::super::directory::{check_crc, verified};
@@ -59,6 +61,7 @@ impl Tile {
             ],
             regions: Regions::open((core, core_table), (border, border_table), triangles)?,
             sites: Sites::open(core, core_table, entry.vertices.into())?,
+            marks: Arc::default(),
         };
         this.check(entry)?;
         Ok(this)

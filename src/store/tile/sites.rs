@@ -66,6 +66,18 @@ impl Sites {
         }
     }
 
+    /// Those at a vertex.
+    pub(super) fn at(&self, vertex: u32) -> impl Iterator<Item = Site<'_>> {
+        let first = self.first_at(vertex.into());
+        let sites = (first..self.len()).map(|place| self.get(place));
+        sites.take_while(move |site| site.vertex == vertex)
+    }
+
+    /// The place of the first site at a vertex, or behind.
+    fn first_at(&self, vertex: u64) -> usize {
+        partition_point(self.len(), |place| self.pairs.get(2 * place) < vertex)
+    }
+
     fn id(&self, place: usize) -> Option<&str> {
         let (text, ends) = self.ids.as_ref()?;
         let start = place.checked_sub(1).map_or(0, |before| ends.get(before));
@@ -75,7 +87,7 @@ impl Sites {
 
     pub(super) fn is_site(&self, vertex: u32) -> bool {
         let vertex = u64::from(vertex);
-        let place = partition_point(self.len(), |place| self.pairs.get(2 * place) < vertex);
+        let place = self.first_at(vertex);
         place < self.len() && self.pairs.get(2 * place) == vertex
     }
 

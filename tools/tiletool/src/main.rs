@@ -13,6 +13,7 @@ mod inspect;
 mod lines;
 mod plot;
 mod progress;
+mod query;
 mod verify;
 
 use std::process::ExitCode;
@@ -32,6 +33,7 @@ Example:
   tiletool build survey.laz -o survey.tiles
   tiletool inspect survey.tiles --plot survey.png
   tiletool verify --deep survey.tiles --against survey.laz
+  tiletool query path town.tiles --from 0,0 --to 8,8
 
 Exit codes: 0 done, 1 failed, 2 wrong usage.";
 
@@ -45,6 +47,7 @@ enum Command {
     Digest(digest::DigestArgs),
     Export(export::ExportArgs),
     Generate(generate::GenerateArgs),
+    Query(query::QueryArgs),
 }
 
 fn main() -> ExitCode {
@@ -57,6 +60,7 @@ fn main() -> ExitCode {
         Command::Digest(args) => digest::run(args),
         Command::Export(args) => export::run(args),
         Command::Generate(args) => generate::run(args),
+        Command::Query(args) => query::run(args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

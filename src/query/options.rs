@@ -1,0 +1,98 @@
+//! What a query may use, and why it could not be answered.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::geometry::Point;
+use crate::store::ReadError;
+
+/// What a query may use, and what it gives back beside distances.
+#[derive(Clone, Debug, Default)]
+pub struct QueryOptions {
+    pub(super) max_tiles: Option<u64>,
+    pub(super) max_time: Option<Duration>,
+    pub(super) paths: bool,
+    pub(super) certify: bool,
+}
+
+impl QueryOptions {
+    /// Lets the query ask for so many different tiles at most. It then ends with [`QueryError::OutOfBudget`].
+    #[must_use]
+    pub fn max_tiles(mut self, tiles: u64) -> Self {
+        self.max_tiles = Some(tiles);
+        self
+    }
+
+    /// Lets the query take so long at most. It then ends with [`QueryError::OutOfBudget`].
+    #[must_use]
+    pub fn max_time(mut self, time: Duration) -> Self {
+        self.max_time = Some(time);
+        self
+    }
+
+    /// Asks for the path to each site, and not just how long it is.
+    #[must_use]
+    pub fn paths(mut self) -> Self {
+        self.paths = true;
+        self
+    }
+
+    /// Has each path proved by a walk through the triangles that it passes, with exact predicates. Asks for paths.
+    #[must_use]
+    pub fn certified(mut self) -> Self {
+        self.paths = true;
+        self.certify = true;
+        self
+    }
+}
+
+/// Why a query has no answer.
+#[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum QueryError {
+    /// The file could not be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// A coordinate is not finite, or too large.
+    #[error("({x}, {y}) is no point that a triangulation can have; coordinates are finite, and their magnitude is at most 2^200", x = point.x, y = point.y)]
+    NotAPoint {
+        /// The point.
+        point: Point,
+    },
+    /// The file has no triangles, so there is nothing to walk on.
+    #[error("{file} has no triangles to walk on: all its points lie on one line")]
+    NoTriangles {
+        /// The file.
+        file: Arc<str>,
+    },
+    /// The point that the query starts from lies in an obstacle.
+    #[error("({x}, {y}) lies in an obstacle{}", .nearest_free.map_or_else(String::new, |p| format!("; the nearest free point is ({}, {})", p.x, p.y)), x = point.x, y = point.y)]
+    InsideObstacle {
+        /// The point.
+        point: Point,
+        /// The nearest point where one may be, rounded; none if there is none.
+        nearest_free: Option<Point>,
+    },
+    /// The query used up the tiles or the time that it may use.
+    #[error("the query used up what it may use; what was not found is at least {at_least} away")]
+    OutOfBudget {
+        /// All that was not found so far is at least as far away.
+        at_least: f64,
+    },
+    /// A path contradicts the file: a fault of this library.
+    #[error("the path is not one that can be walked: {reason}")]
+    Uncertified {
+        /// Where it fails.
+        reason: String,
+    },
+}
+
+impl QueryError {
+    /// The same, if it is that a budget was used up, with what is known of the rest.
+    pub(super) fn at_least(self, at_least: f64) -> Self {
+        match self {
+            Self::OutOfBudget { .. } => Self::OutOfBudget { at_least },
+            other => other,
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! Tiles for one query: the few that it needs at once, and how many it may read, for how long.
+
+use std::collections::HashSet;
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::locate::{Locate, Step, Walked};
+use super::star::side_towards;
+use super::{Location, QueryError, QueryOptions};
+use crate::geometry::Point;
+use crate::store::{Tile, TileId, TileReader, VertexId};
+
+/// Tiles that a query keeps from the cache's whims.
+const HELD: usize = 2;
+
+/// The tiles of a file, as one query sees them.
+pub(super) struct Tiles {
+    reader: TileReader,
+    /// The last ones, the very last first.
+    held: Vec<Arc<Tile>>,
+    /// All that were asked for.
+    read: HashSet<TileId>,
+    max_tiles: u64,
+    deadline: Option<Instant>,
+}
+
+impl Tiles {
+    pub(super) fn new(reader: &TileReader, options: &QueryOptions) -> Self {
+        Self {
+            reader: reader.clone(),
+            held: Vec::with_capacity(HELD),
+            read: HashSet::new(),
+            max_tiles: options.max_tiles.unwrap_or(u64::MAX),
+            deadline: options.max_time.and_then(|time| Instant::now().checked_add(time)),
+        }
+    }
+
+    /// Whether the outside of the hull is free.
+    pub(super) fn outside_is_free(&self) -> bool {
+        !self.reader.directory().metadata.exterior_is_hole
+    }
+
+    /// Edges of the hull.
+    pub(super) fn hull_edges(&self) -> u64 {
+        self.reader.directory().metadata.hull_edges
+    }
+
+    /// A tile.
+    pub(super) async fn get(&mut self, id: TileId) -> Result<Arc<Tile>, QueryError> {
+        if let Some(place) = self.held.iter().position(|tile| tile.id() == id) {
+            self.held[..=place].rotate_right(1);
+            return Ok(Arc::clone(&self.held[0]));
+        }
+        self.check_time()?;
+        if self.read.len() as u64 >= self.max_tiles && !self.read.contains(&id) {
+            return Err(QueryError::OutOfBudget { at_least: 0.0 });
+        }
+        self.held.truncate(HELD - 1);
+        let tile = self.reader.tile(id).await?;
+        self.read.insert(id);
+        self.held.insert(0, Arc::clone(&tile));
+        Ok(tile)
+    }
+
+    /// The tile that was asked for last, or any.
+    pub(super) async fn last(&mut self) -> Result<Arc<Tile>, QueryError> {
+        match self.held.first() {
+            Some(tile) => Ok(Arc::clone(tile)),
+            None => self.get(TileId(0)).await,
+        }
+    }
+
+    /// Fails when the time is over.
+    pub(super) fn check_time(&self) -> Result<(), QueryError> {
+        match self.deadline {
+            Some(deadline) if Instant::now() >= deadline => Err(QueryError::OutOfBudget { at_least: 0.0 }),
+            _ => Ok(()),
+        }
+    }
+
+    /// The side from one vertex to another, which has its triangle on the left, with a tile that holds it; none if that is the outside.
+    pub(super) async fn side_between(
+        &mut self,
+        from: VertexId,
+        to: VertexId,
+    ) -> Result<Option<(Arc<Tile>, u32)>, QueryError> {
+        let tile = self.get(to.tile).await?;
+        if to.index >= tile.vertex_count() {
+            return Err(self.damaged(to.tile, format!("there is no vertex {}", to.index)));
+        }
+        let side = side_towards(&tile, to.index, from).map_err(|reason| self.damaged(to.tile, reason))?;
+        Ok(side.map(|side| (tile, side)))
+    }
+
+    /// Walks to a point.
+    pub(super) async fn walk(&mut self, target: Point) -> Result<Walked, QueryError> {
+        let directory = self.reader.directory();
+        let Some(mut id) = directory.tree.tile_at(target) else {
+            return Ok(Location::Outside.into());
+        };
+        let mut walk = Locate::new(target, directory.metadata.triangles);
+        loop {
+            let tile = self.get(id).await?;
+            match walk.step(&tile).map_err(|reason| self.damaged(id, reason))? {
+                Step::Need(other) => id = other,
+                Step::Done(walked) => return Ok(walked),
+            }
+        }
+    }
+
+    /// The error for a tile that contradicts itself or others.
+    pub(super) fn damaged(&self, tile: TileId, reason: String) -> QueryError {
+        self.reader.damaged(tile, reason).into()
+    }
+
+    /// The error for a file on which there is nowhere to walk.
+    pub(super) fn no_triangles(&self) -> QueryError {
+        QueryError::NoTriangles {
+            file: self.reader.name().into(),
+        }
+    }
+}

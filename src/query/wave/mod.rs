@@ -1,0 +1,297 @@
+//! The wave: from a source over free triangles, to sites, vertices or places, nearest first; exact.
+//!
+//! After Cui, Harabor and Grastien, "Compromise-free pathfinding on a navigation mesh" (IJCAI 2017), which looks for one goal,
+//! and Zhao, Taniar and Harabor, "Fast k-nearest neighbor on a navigation mesh" (SoCS 2018), which has many: a root sees
+//! intervals of sides; an interval is pushed through the triangle behind it and falls into what is seen of the two other sides.
+//! Where a corner is in the way, it becomes a root in its turn. However:
+//!
+//! - The end of an interval is kept as the vertex that bounds the ray there, so every turn is one of three input points, and exact.
+//! - A vertex becomes a root when it is the nearest thing to do, not where it is seen, and by way of its star, which knows its
+//!   sectors ([`ground`](super::ground)): nothing leaks where obstacles touch.
+//! - The outside of the hull is no triangle. A shortest way between two points of the closed hull stays in it, for the way to
+//!   the nearest point of a convex set lengthens nothing; so the outside is walked through along hull edges only, and besides
+//!   from a source and to places that lie there.
+//!
+//! ```text
+//!        c               the cone of root r between the rays through R and L enters the triangle a b c by side b a;
+//!       ╱ ╲              c is in it, so it falls into the cone from R to c, over side b c, and that from c to L, over side c a
+//!    a ╱───╲ b
+//!     L│   ╱R            side s of the triangle runs from a, seen on the left, to b, seen on the right
+//!       ╲ ╱
+//!        r
+//! ```
+//!
+//! It has no I/O: [`Wave::step`] is given a tile, and tells when it needs another.
+
+mod cone;
+mod goal;
+mod queue;
+mod roots;
+mod spread;
+mod start;
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::ground::{Beyond, Ground, SINGLE, SITE, TURNING, Wedge};
+use super::place::Place;
+use super::star::{next, previous, side_towards};
+use crate::geometry::{Orientation, Point, orient2d};
+use crate::store::{Tile, TileId, Vertex, VertexId};
+use cone::Cone;
+pub(super) use cone::distance;
+pub(super) use goal::{Goal, Places};
+use queue::{Item, Kind, NOWHERE, Queue, Via};
+use roots::{NO_ROOT, Root, SeenVertices, TIE};
+
+/// Triangles that one step passes through at most, more or less.
+const PAUSE: u32 = 1 << 12;
+
+/// What a step of the wave comes to.
+#[derive(Debug)]
+pub(super) enum Step {
+    /// It goes on in this tile.
+    Need(TileId),
+    /// It can go on in this tile, but has been at it for a while.
+    Pause,
+    /// The next nearest thing.
+    Found(Found),
+    /// There is nothing more to find.
+    Done,
+}
+
+/// A thing that was found.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Found {
+    pub(super) what: What,
+    /// The way to it.
+    pub(super) length: f64,
+    /// The root that it is seen from.
+    pub(super) root: u32,
+}
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum What {
+    /// A site: its number, its id if it has one, and where it is.
+    Site {
+        number: u64,
+        id: Option<String>,
+        vertex: Vertex,
+    },
+    /// A vertex.
+    Vertex(Vertex),
+    /// The place of this number.
+    Place(u32),
+}
+
+/// A found thing that waits until nothing can be nearer: by length, then by number.
+#[derive(Debug)]
+struct Ready {
+    length: u64,
+    number: u64,
+    found: Found,
+}
+
+impl PartialEq for Ready {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Ready {}
+
+impl Ord for Ready {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        (self.length, self.number).cmp(&(other.length, other.number))
+    }
+}
+
+impl PartialOrd for Ready {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// A wave on its way.
+#[derive(Debug)]
+pub(super) struct Wave {
+    source: Point,
+    outside_is_free: bool,
+    goal: Goal,
+    /// The only place to be found, which the wave hurries to.
+    towards: Option<Point>,
+    /// Nothing farther away is wanted.
+    limit: f64,
+    queue: Queue,
+    roots: Vec<Root>,
+    seen: SeenVertices,
+    ready: BinaryHeap<Reverse<Ready>>,
+    /// Goals that were told.
+    told: Vec<bool>,
+    /// Triangles that this step may still pass.
+    pause: u32,
+}
+
+impl Wave {
+    /// A wave from a free place to all that is not farther away than `limit`.
+    pub(super) fn new(source: &Place, goal: Goal, limit: f64, outside_is_free: bool) -> Self {
+        let (towards, goals) = match &goal {
+            Goal::Places(places) => (places.single(), places.points().len()),
+            Goal::Sites | Goal::Vertices => (None, 0),
+        };
+        let mut this = Self {
+            source: source.point,
+            outside_is_free,
+            goal,
+            towards,
+            limit,
+            queue: Queue::default(),
+            roots: Vec::new(),
+            seen: SeenVertices::default(),
+            ready: BinaryHeap::new(),
+            told: vec![false; goals],
+            pause: 0,
+        };
+        this.start(source);
+        this
+    }
+
+    /// A length that all ways to what was not told yet have at least.
+    pub(super) fn front(&self) -> f64 {
+        let ready = self.ready.peek().map(|ready| f64::from_bits(ready.0.length));
+        let front = self.queue.front().into_iter().chain(ready);
+        front.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The vertices and points on the way to a root, the source first.
+    pub(super) fn way(&self, root: u32) -> Vec<(Point, Option<VertexId>)> {
+        let mut way = Vec::new();
+        let mut at = root;
+        while let Some(root) = self.roots.get(at as usize) {
+            way.push((root.point, root.vertex));
+            at = root.parent;
+        }
+        way.reverse();
+        way
+    }
+
+    /// The vertex that a root is, unless it is the source.
+    pub(super) fn root_vertex(&self, root: u32) -> Option<VertexId> {
+        self.roots.get(root as usize).and_then(|root| root.vertex)
+    }
+
+    /// Goes on in a tile, or says which it needs; an error says how the tile contradicts itself or others.
+    pub(super) fn step(&mut self, tile: &Tile) -> Result<Step, String> {
+        self.pause = PAUSE;
+        let ground = Ground {
+            tile,
+            outside_is_free: self.outside_is_free,
+        };
+        loop {
+            let front = self.queue.front();
+            let is_next = |ready: &Reverse<Ready>| front.is_none_or(|front| f64::from_bits(ready.0.length) < front);
+            if self.ready.peek().is_some_and(is_next)
+                && let Some(Reverse(ready)) = self.ready.pop()
+            {
+                if let What::Place(goal) = ready.found.what {
+                    if self.told[goal as usize] {
+                        continue;
+                    }
+                    self.told[goal as usize] = true;
+                }
+                return Ok(Step::Found(ready.found));
+            }
+            let Some(item) = self.queue.peek() else {
+                return Ok(Step::Done);
+            };
+            if item.tile != NOWHERE && item.tile != tile.id() {
+                return Ok(Step::Need(item.tile));
+            }
+            if self.pause == 0 {
+                return Ok(Step::Pause);
+            }
+            let Some(item) = self.queue.pop() else { continue };
+            match item.kind {
+                Kind::Cone => self.enter(ground, &item)?,
+                Kind::Vertex => self.reach(ground, &item)?,
+                Kind::Goal => self.tell_place(item.index, item.left.x, item.root),
+                Kind::Start => self.start_in(ground, &item)?,
+                Kind::StartVertex => self.start_at(ground, item.index)?,
+                Kind::Hull => self.start_along_hull(ground, item.index, true)?,
+                Kind::HullBack => self.start_along_hull(ground, item.index, false)?,
+            }
+        }
+    }
+
+    fn push(&mut self, length: f64, item: Item) {
+        if length <= self.limit {
+            self.queue.push(length, item);
+        }
+    }
+
+    fn tell(&mut self, what: What, number: u64, length: f64, root: u32) {
+        self.ready.push(Reverse(Ready {
+            length: length.to_bits(),
+            number,
+            found: Found { what, length, root },
+        }));
+    }
+
+    fn tell_place(&mut self, goal: u32, length: f64, root: u32) {
+        if !self.told[goal as usize] {
+            self.tell(What::Place(goal), goal.into(), length, root);
+        }
+    }
+
+    /// A place is seen from a root.
+    fn see_place(&mut self, goal: u32, point: Point, root: u32) {
+        let from = &self.roots[root as usize];
+        let length = from.length + distance(from.point, point);
+        let nowhere = VertexId {
+            tile: NOWHERE,
+            index: 0,
+        };
+        let item = Item {
+            kind: Kind::Goal,
+            tile: NOWHERE,
+            index: goal,
+            other: nowhere,
+            root,
+            right: point,
+            left: Point::new(length, 0.0),
+        };
+        self.push(length, item);
+    }
+
+    /// A vertex of the file was reached: tells of it, once.
+    fn tell_vertex(&mut self, ground: Ground<'_>, index: u32, length: f64, root: u32) {
+        let vertex = ground.tile.vertex(index);
+        match self.goal {
+            Goal::Sites => {
+                for site in ground.tile.sites_at(index) {
+                    let what = What::Site {
+                        number: site.number,
+                        id: site.id.map(str::to_owned),
+                        vertex,
+                    };
+                    self.tell(what, site.number, length, root);
+                }
+            }
+            Goal::Vertices => {
+                let number = u64::from(vertex.id.tile.0) << 32 | u64::from(index);
+                self.tell(What::Vertex(vertex), number, length, root);
+            }
+            Goal::Places(_) => {}
+        }
+    }
+
+    /// Whether a vertex of these marks is one of those that are looked for.
+    fn is_told_of(&self, marks: u8) -> bool {
+        match self.goal {
+            Goal::Sites => marks & SITE != 0,
+            Goal::Places(_) => false,
+            Goal::Vertices => true,
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! What the wave has still to do, nearest first.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use crate::geometry::Point;
+use crate::store::{TileId, VertexId};
+
+/// A mark in place of a tile.
+pub(super) const NOWHERE: TileId = TileId(u32::MAX);
+
+/// What an item is about, and what its numbers mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// The cone of `root` between `right` and `left` enters a triangle by side `index`; or, unless `other` is
+    /// nowhere, by the side that comes from vertex `other` to vertex `index` of the tile.
+    Cone,
+    /// Vertex `index` of the tile, at `right`, is reached from `root` over `left.x` in all, by way of a [`Via`] that `other` tells.
+    Vertex,
+    /// The source lies in the triangle of side `index`, or of the side from `other` to vertex `index` of the tile.
+    Start,
+    /// The source is vertex `index` of the tile.
+    StartVertex,
+    /// The source lies outside and sees the hull edge that leaves vertex `index` of the tile, forward along the hull.
+    Hull,
+    /// The source lies outside and sees the hull edge that comes in at vertex `index` of the tile.
+    HullBack,
+    /// Goal `index` is reached from `root`.
+    Goal,
+}
+
+/// A thing to do in a tile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Item {
+    pub(super) kind: Kind,
+    pub(super) tile: TileId,
+    pub(super) index: u32,
+    pub(super) other: VertexId,
+    pub(super) root: u32,
+    pub(super) right: Point,
+    pub(super) left: Point,
+}
+
+/// In which wedge a vertex is reached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Via {
+    /// That of the triangle of this side of the vertex's tile, which leaves the vertex.
+    Side(u32),
+    /// That of the triangle on the right of the edge to this vertex.
+    RightOf(VertexId),
+    /// Outside.
+    Outside,
+}
+
+impl Via {
+    const SIDE: TileId = TileId(u32::MAX - 1);
+
+    pub(super) fn to_vertex(self) -> VertexId {
+        match self {
+            Self::Side(index) => VertexId {
+                tile: Self::SIDE,
+                index,
+            },
+            Self::RightOf(vertex) => vertex,
+            Self::Outside => VertexId {
+                tile: NOWHERE,
+                index: 0,
+            },
+        }
+    }
+
+    pub(super) fn from_vertex(vertex: VertexId) -> Self {
+        match vertex.tile {
+            Self::SIDE => Self::Side(vertex.index),
+            NOWHERE => Self::Outside,
+            _ => Self::RightOf(vertex),
+        }
+    }
+}
+
+/// Items by what they promise: no way that goes on from one is shorter. Of equal ones any may be first.
+#[derive(Debug, Default)]
+pub(super) struct Queue {
+    heap: BinaryHeap<Entry>,
+    items: Vec<Item>,
+    unused: Vec<u32>,
+}
+
+/// A place in `items`, with the bits of a length that is not negative, which are ordered as it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Entry {
+    length: u64,
+    place: u32,
+}
+
+impl Ord for Entry {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.length.cmp(&self.length).then(self.place.cmp(&other.place))
+    }
+}
+
+impl PartialOrd for Entry {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Queue {
+    pub(super) fn push(&mut self, length: f64, item: Item) {
+        let place = match self.unused.pop() {
+            Some(place) => {
+                self.items[place as usize] = item;
+                place
+            }
+            None => {
+                self.items.push(item);
+                self.items.len() as u32 - 1
+            }
+        };
+        let length = length.max(0.0).to_bits();
+        self.heap.push(Entry { length, place });
+    }
+
+    /// The least length, if there is anything to do.
+    pub(super) fn front(&self) -> Option<f64> {
+        self.heap.peek().map(|entry| f64::from_bits(entry.length))
+    }
+
+    pub(super) fn peek(&self) -> Option<&Item> {
+        self.heap.peek().map(|entry| &self.items[entry.place as usize])
+    }
+
+    pub(super) fn pop(&mut self) -> Option<Item> {
+        let entry = self.heap.pop()?;
+        self.unused.push(entry.place);
+        Some(self.items[entry.place as usize])
+    }
+}

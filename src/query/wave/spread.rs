@@ -1,0 +1,401 @@
+//! How the wave spreads: through triangles, and round vertices.
+
+use super::*;
+
+impl Wave {
+    /// A cone enters a triangle.
+    pub(super) fn enter(&mut self, ground: Ground<'_>, item: &Item) -> Result<(), String> {
+        let root = item.root;
+        let cone = Cone {
+            root: self.roots[root as usize].point,
+            right: item.right,
+            left: item.left,
+        };
+        if item.other.tile == NOWHERE {
+            return self.through(ground, root, item.index, cone);
+        }
+        if item.index >= ground.tile.vertex_count() {
+            return Err(format!("there is no vertex {}, but other tiles have it", item.index));
+        }
+        match side_towards(ground.tile, item.index, item.other)? {
+            Some(side) if ground.is_free(side / 3) => self.through(ground, root, side, cone),
+            None if self.outside_is_free => {
+                self.see_outside(root, cone.right, cone.left, false);
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Pushes a cone through the free triangle of a side, and on as long as nothing else is nearer.
+    pub(super) fn through(&mut self, ground: Ground<'_>, root: u32, side: u32, cone: Cone) -> Result<(), String> {
+        let (mut side, mut cone) = (side, cone);
+        loop {
+            self.pause = self.pause.saturating_sub(1);
+            let apex = ground.tile.origin(previous(side));
+            let point = ground.point(apex);
+            let [left, right] = [side, next(side)].map(|side| ground.point(ground.tile.origin(side)));
+            self.see_places_within(root, [left, right, point], &cone);
+            let turns = [cone.right, cone.left].map(|bound| orient2d(cone.root, bound, point));
+            let [over_right, over_left] = [(next(side), [right, point]), (previous(side), [point, left])];
+            let ways = match turns {
+                // Left of the cone.
+                [_, Orientation::CounterClockwise] => [Some((over_right, cone)), None],
+                // Right of it.
+                [Orientation::Clockwise, _] => [Some((over_left, cone)), None],
+                [on_right, on_left] => {
+                    self.see_by(ground, root, apex, previous(side));
+                    let to_right = Cone { left: point, ..cone };
+                    let to_left = Cone { right: point, ..cone };
+                    // A cone between two equal rays shows nothing that its neighbours do not.
+                    [
+                        (on_right != Orientation::Collinear).then_some((over_right, to_right)),
+                        (on_left != Orientation::Collinear).then_some((over_left, to_left)),
+                    ]
+                }
+            };
+            let mut best: Option<(f64, u32, Cone)> = None;
+            for ((over, ends), cone) in ways.into_iter().flatten() {
+                let Some((length, entered)) = self.look(ground, root, over, &cone, ends) else {
+                    continue;
+                };
+                match best {
+                    Some((nearest, ..)) if nearest <= length => self.put_off(ground, root, length, entered, cone),
+                    _ => {
+                        if let Some((length, entered, cone)) = best.replace((length, entered, cone)) {
+                            self.put_off(ground, root, length, entered, cone);
+                        }
+                    }
+                }
+            }
+            let Some((length, entered, narrow)) = best else {
+                return Ok(());
+            };
+            if self.pause == 0 || self.queue.front().is_some_and(|front| front < length) {
+                self.put_off(ground, root, length, entered, narrow);
+                return Ok(());
+            }
+            (side, cone) = (entered, narrow);
+        }
+    }
+
+    fn put_off(&mut self, ground: Ground<'_>, root: u32, length: f64, side: u32, cone: Cone) {
+        let nowhere = VertexId {
+            tile: NOWHERE,
+            index: 0,
+        };
+        let item = Item {
+            kind: Kind::Cone,
+            tile: ground.tile.id(),
+            index: side,
+            other: nowhere,
+            root,
+            right: cone.right,
+            left: cone.left,
+        };
+        self.push(length, item);
+    }
+
+    /// Looks over a side out of its triangle, with these ends as seen on the right and on the left: if there is a free triangle of this
+    /// tile, what a way through it has at least, and the side there. If it is another tile's, it waits in the queue.
+    fn look(
+        &mut self,
+        ground: Ground<'_>,
+        root: u32,
+        over: u32,
+        cone: &Cone,
+        [right, left]: [Point; 2],
+    ) -> Option<(f64, u32)> {
+        let beyond = ground.beyond(over);
+        match beyond {
+            Beyond::Blocked => return None,
+            Beyond::Outside => {
+                self.see_outside(root, cone.right, cone.left, false);
+                return None;
+            }
+            Beyond::Side(_) | Beyond::Elsewhere => {}
+        }
+        let length = self.roots[root as usize].length + cone.estimate(right, left, self.towards);
+        if length > self.limit {
+            return None;
+        }
+        if let Beyond::Side(side) = beyond {
+            return Some((length, side));
+        }
+        // Across, the side runs from the one's end to the other's start.
+        let [from, to] = ground.tile.ends(over).map(|end| end.id);
+        let item = Item {
+            kind: Kind::Cone,
+            tile: from.tile,
+            index: from.index,
+            other: to,
+            root,
+            right: cone.right,
+            left: cone.left,
+        };
+        self.push(length, item);
+        None
+    }
+
+    /// The cone over a side out of its triangle waits in the queue.
+    pub(super) fn pass(
+        &mut self,
+        ground: Ground<'_>,
+        root: u32,
+        over: u32,
+        cone: Cone,
+        ends: [Point; 2],
+    ) -> Result<(), String> {
+        if let Some((length, entered)) = self.look(ground, root, over, &cone, ends) {
+            self.put_off(ground, root, length, entered, cone);
+        }
+        Ok(())
+    }
+
+    /// A vertex is seen from a root by way of the triangle of a side that leaves it.
+    pub(super) fn see_by(&mut self, ground: Ground<'_>, root: u32, corner: u32, side: u32) {
+        let via = if corner < ground.tile.vertex_count() {
+            Via::Side(side)
+        } else {
+            Via::RightOf(ground.tile.vertex(ground.tile.origin(previous(side))).id)
+        };
+        self.see(ground, root, corner, via);
+    }
+
+    /// A vertex is seen from a root.
+    pub(super) fn see(&mut self, ground: Ground<'_>, root: u32, corner: u32, via: Via) {
+        let from = self.roots[root as usize];
+        let point = ground.point(corner);
+        if point == from.point {
+            return;
+        }
+        if let Goal::Places(places) = &self.goal {
+            let here: Vec<u32> = places.on_vertex(point).collect();
+            for goal in here {
+                self.see_place(goal, point, root);
+            }
+        }
+        let is_own = corner < ground.tile.vertex_count();
+        let own_marks = is_own.then(|| ground.marks().of_vertices[corner as usize]);
+        if let Some(marks) = own_marks
+            && !self.is_told_of(marks)
+            && (marks & TURNING == 0 || !ground.can_turn(from.point, corner))
+        {
+            return;
+        }
+        let length = from.length + distance(from.point, point);
+        let id = ground.tile.vertex(corner).id;
+        if let Some(seen) = self.seen.get_mut(&id) {
+            let marks = own_marks.or(seen.marks);
+            if length > seen.limit * TIE || marks.is_some_and(|marks| marks & TURNING == 0 && !self.is_told_of(marks)) {
+                return;
+            }
+        }
+        let marks = own_marks.or_else(|| self.seen.get(&id).and_then(|seen| seen.marks));
+        if marks.is_some_and(|marks| marks & SINGLE != 0) {
+            let seen = self.seen.entry(id).or_default();
+            seen.limit = seen.limit.min(length);
+        }
+        let ahead = self.towards.map_or(0.0, |goal| distance(point, goal));
+        let item = Item {
+            kind: Kind::Vertex,
+            tile: id.tile,
+            index: id.index,
+            other: via.to_vertex(),
+            root,
+            right: point,
+            left: Point::new(length, 0.0),
+        };
+        self.push(length + ahead, item);
+    }
+
+    /// A vertex is the nearest thing to do.
+    pub(super) fn reach(&mut self, ground: Ground<'_>, item: &Item) -> Result<(), String> {
+        let (vertex, length) = (item.index, item.left.x);
+        let Some(&marks) = ground.marks().of_vertices.get(vertex as usize) else {
+            return Err(format!("there is no vertex {vertex}, but other tiles have it"));
+        };
+        let id = ground.tile.vertex(vertex).id;
+        let seen = self.seen.entry(id).or_default();
+        seen.marks = Some(marks);
+        if length > seen.limit * TIE {
+            return Ok(());
+        }
+        if !std::mem::replace(&mut seen.is_told, true) {
+            self.tell_vertex(ground, vertex, length, item.root);
+        }
+        if marks & TURNING == 0 {
+            return Ok(());
+        }
+        let wedge = match Via::from_vertex(item.other) {
+            Via::Side(side) => Wedge::Triangle(side),
+            Via::Outside => Wedge::Outside,
+            Via::RightOf(to) => match side_towards(ground.tile, vertex, to)? {
+                Some(back) => Wedge::Triangle(next(back)),
+                None => return Err(format!("vertex {vertex} lacks a triangle that other tiles have")),
+            },
+        };
+        if marks & SINGLE == 0 && !ground.sector_turns(vertex, wedge)? {
+            return Ok(());
+        }
+        let seen = self.seen.entry(id).or_default();
+        let mut root = seen.root;
+        if root == NO_ROOT {
+            root = self.roots.len() as u32;
+            (seen.root, seen.limit) = (root, length);
+            self.roots.push(Root {
+                point: item.right,
+                vertex: Some(id),
+                length,
+                parent: item.root,
+                done: [0; 2],
+            });
+        }
+        let from = self.roots[item.root as usize].point;
+        for leftwards in [true, false] {
+            self.spread_round(ground, root, vertex, from, wedge, leftwards)?;
+        }
+        Ok(())
+    }
+
+    /// Whoever comes to a root from a point, in a wedge, can turn round what is on the left, or on the right, and sees what is there.
+    fn spread_round(
+        &mut self,
+        ground: Ground<'_>,
+        root: u32,
+        vertex: u32,
+        from: Point,
+        start: Wedge,
+        leftwards: bool,
+    ) -> Result<(), String> {
+        let at = self.roots[root as usize].point;
+        let turn = if leftwards {
+            Orientation::CounterClockwise
+        } else {
+            Orientation::Clockwise
+        };
+        let mut wedges = Vec::new();
+        let (mut wedge, mut is_beyond) = (start, false);
+        for _ in 0..=ground.tile.triangle_count() {
+            let far = ground.neighbours(vertex, wedge)?[usize::from(leftwards)];
+            // Beyond the ray from the point: the outside is never narrower than a half-turn.
+            let is_whole_outside = wedge == Wedge::Outside && wedge != start;
+            if !is_beyond {
+                let there = ground.point(far);
+                is_beyond = match orient2d(from, at, there) {
+                    _ if is_whole_outside => true,
+                    Orientation::Collinear => is_between(from, at, there),
+                    found => found == turn,
+                };
+            }
+            if is_beyond {
+                wedges.push((wedge, far));
+            }
+            let next = if leftwards {
+                ground.left_of(vertex, wedge)?
+            } else {
+                ground.right_of(vertex, wedge)?
+            };
+            match next {
+                Some(next) if next != start => wedge = next,
+                _ => break,
+            }
+        }
+        // What another way to the root, equally long, has done is done.
+        let done = &mut self.roots[root as usize].done[usize::from(leftwards)];
+        let new = wedges.len().saturating_sub(*done as usize);
+        *done = (*done).max(wedges.len() as u32);
+        for &(wedge, far) in &wedges[..new] {
+            let Wedge::Triangle(side) = wedge else {
+                self.spread_outside(ground, root, vertex, Some(far))?;
+                continue;
+            };
+            self.see_places_in(ground, root, side / 3);
+            self.see_by(ground, root, far, if leftwards { previous(side) } else { next(side) });
+            let [right, left] = [next(side), previous(side)].map(|side| ground.point(ground.tile.origin(side)));
+            let cone = Cone { root: at, right, left };
+            self.pass(ground, root, next(side), cone, [right, left])?;
+        }
+        Ok(())
+    }
+
+    /// A root at a hull vertex sees its neighbours along the hull, or one of them, and the places before it.
+    pub(super) fn spread_outside(
+        &mut self,
+        ground: Ground<'_>,
+        root: u32,
+        vertex: u32,
+        only: Option<u32>,
+    ) -> Result<(), String> {
+        let ends = ground.neighbours(vertex, Wedge::Outside)?;
+        for end in ends.into_iter().filter(|&end| only.is_none_or(|only| only == end)) {
+            self.see(ground, root, end, Via::Outside);
+        }
+        let Goal::Places(places) = &self.goal else {
+            return Ok(());
+        };
+        let at = ground.point(vertex);
+        let [right, left] = ends.map(|end| ground.point(end));
+        // The outside is wider than a half-turn, or one: what is not strictly between the edges, seen from inside.
+        let sees = |&goal: &u32| {
+            let point = places.points()[goal as usize];
+            orient2d(at, right, point) != Orientation::Clockwise
+                || orient2d(at, left, point) != Orientation::CounterClockwise
+        };
+        let seen: Vec<u32> = places.outside.iter().copied().filter(sees).collect();
+        self.see_places(&seen, root);
+        Ok(())
+    }
+
+    /// Places outside the hull that a root sees over a hull edge, or, if it lies on the edge, beyond it.
+    pub(super) fn see_outside(&mut self, root: u32, right: Point, left: Point, is_on_edge: bool) {
+        let Goal::Places(places) = &self.goal else { return };
+        if places.outside.is_empty() {
+            return;
+        }
+        let at = self.roots[root as usize].point;
+        let seen: Vec<u32> = if is_on_edge {
+            let beyond =
+                |&goal: &u32| orient2d(left, right, places.points()[goal as usize]) != Orientation::CounterClockwise;
+            places.outside.iter().copied().filter(beyond).collect()
+        } else {
+            places.outside_within(at, right, left).collect()
+        };
+        self.see_places(&seen, root);
+    }
+
+    pub(super) fn see_places(&mut self, seen: &[u32], root: u32) {
+        for &goal in seen {
+            let Goal::Places(places) = &self.goal else { return };
+            let point = places.points()[goal as usize];
+            self.see_place(goal, point, root);
+        }
+    }
+
+    /// The places in a closed triangle that a root sees whole.
+    pub(super) fn see_places_in(&mut self, ground: Ground<'_>, root: u32, triangle: u32) {
+        let Goal::Places(places) = &self.goal else { return };
+        let mut found = Vec::new();
+        places.in_triangle(ground.tile.triangle_points(triangle), |goal, _| found.push(goal));
+        self.see_places(&found, root);
+    }
+
+    /// The places in a closed triangle that a cone holds.
+    fn see_places_within(&mut self, root: u32, corners: [Point; 3], cone: &Cone) {
+        let Goal::Places(places) = &self.goal else { return };
+        let mut found = Vec::new();
+        places.in_triangle(corners, |goal, point| {
+            let is_within = orient2d(cone.root, cone.right, point) != Orientation::Clockwise
+                && orient2d(cone.root, cone.left, point) != Orientation::CounterClockwise;
+            if is_within {
+                found.push(goal);
+            }
+        });
+        self.see_places(&found, root);
+    }
+}
+
+/// Whether of three points on a line the second lies between the others.
+fn is_between(a: Point, b: Point, c: Point) -> bool {
+    a.lex_cmp(b) == b.lex_cmp(c)
+}

@@ -1,0 +1,183 @@
+//! How the wave starts: in triangles, at a vertex, or outside the hull.
+
+use super::*;
+use crate::query::place::Spot;
+
+impl Wave {
+    /// Puts in the queue what the source sees first.
+    pub(super) fn start(&mut self, source: &Place) {
+        self.roots.push(Root {
+            point: source.point,
+            vertex: source.vertex(),
+            length: 0.0,
+            parent: NO_ROOT,
+            done: [0; 2],
+        });
+        let nowhere = VertexId {
+            tile: NOWHERE,
+            index: 0,
+        };
+        let mut push = |kind, tile, index, other| {
+            let item = Item {
+                kind,
+                tile,
+                index,
+                other,
+                root: 0,
+                right: source.point,
+                left: source.point,
+            };
+            self.queue.push(0.0, item);
+        };
+        match source.spot {
+            Spot::Triangle(triangle) => push(Kind::Start, triangle.tile, 3 * triangle.triangle, nowhere),
+            Spot::Edge { ends: [a, b] } => {
+                for (a, b) in [(a, b), (b, a)] {
+                    push(Kind::Start, b.id.tile, b.id.index, a.id);
+                }
+            }
+            Spot::Vertex(vertex) => push(Kind::StartVertex, vertex.id.tile, vertex.id.index, nowhere),
+            Spot::Outside([from, to]) => {
+                push(Kind::Hull, from.tile, from.index, to);
+                push(Kind::HullBack, from.tile, from.index, to);
+            }
+        }
+        if let Goal::Places(places) = &self.goal {
+            let here = |(point, _): &(&Point, u32)| **point == source.point;
+            let here: Vec<u32> = places
+                .points()
+                .iter()
+                .zip(0..)
+                .filter(here)
+                .map(|(_, goal)| goal)
+                .collect();
+            for goal in here {
+                self.tell_place(goal, 0.0, 0);
+            }
+        }
+    }
+
+    /// The source lies in a closed triangle.
+    pub(super) fn start_in(&mut self, ground: Ground<'_>, item: &Item) -> Result<(), String> {
+        let side = if item.other.tile == NOWHERE {
+            item.index
+        } else if let Some(side) = side_towards(ground.tile, item.index, item.other)? {
+            side
+        } else {
+            return self.start_on_hull(ground, item);
+        };
+        if ground.is_free(side / 3) {
+            self.spread_in(ground, 0, side / 3)?;
+        }
+        Ok(())
+    }
+
+    /// The source lies on a hull edge, and outside of it.
+    fn start_on_hull(&mut self, ground: Ground<'_>, item: &Item) -> Result<(), String> {
+        if !self.outside_is_free {
+            return Ok(());
+        }
+        let edge = ground.first(item.index)?;
+        let ends = [edge, next(edge)].map(|side| ground.tile.origin(side));
+        for end in ends {
+            self.see(ground, 0, end, Via::Outside);
+        }
+        let [left, right] = ends.map(|end| ground.point(end));
+        self.see_outside(0, right, left, true);
+        Ok(())
+    }
+
+    /// The source is a vertex.
+    pub(super) fn start_at(&mut self, ground: Ground<'_>, vertex: u32) -> Result<(), String> {
+        if vertex >= ground.tile.vertex_count() {
+            return Err(format!("there is no vertex {vertex}"));
+        }
+        self.seen.entry(ground.tile.vertex(vertex).id).or_default().limit = 0.0;
+        self.tell_vertex(ground, vertex, 0.0, 0);
+        for wedge in ground.free_wedges(vertex)? {
+            match wedge {
+                Wedge::Triangle(side) => self.spread_in(ground, 0, side / 3)?,
+                Wedge::Outside => self.spread_outside(ground, 0, vertex, None)?,
+            }
+        }
+        Ok(())
+    }
+
+    /// All that a root sees that lies in a closed triangle or at its corner.
+    fn spread_in(&mut self, ground: Ground<'_>, root: u32, triangle: u32) -> Result<(), String> {
+        let at = self.roots[root as usize].point;
+        self.see_places_in(ground, root, triangle);
+        for side in [0, 1, 2].map(|s| 3 * triangle + s) {
+            let [from, to] = [side, next(side)].map(|side| ground.tile.origin(side));
+            self.see_by(ground, root, from, side);
+            let [right, left] = [from, to].map(|corner| ground.point(corner));
+            if orient2d(right, left, at) == Orientation::CounterClockwise {
+                let cone = Cone { root: at, right, left };
+                self.pass(ground, root, side, cone, [right, left])?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The source lies outside and sees a hull edge from without: that which leaves a vertex, or the one that comes in.
+    pub(super) fn start_along_hull(&mut self, ground: Ground<'_>, vertex: u32, forward: bool) -> Result<(), String> {
+        if vertex >= ground.tile.vertex_count() {
+            return Err(format!("there is no vertex {vertex}, but other tiles have it"));
+        }
+        self.pause = self.pause.saturating_sub(1);
+        let at = self.source;
+        self.see(ground, 0, vertex, Via::Outside);
+        let edge = ground.along_hull(vertex, forward)?;
+        let ends = [edge, next(edge)].map(|side| ground.tile.origin(side));
+        let [left, right] = ends.map(|end| ground.point(end));
+        if orient2d(left, right, at) != Orientation::Clockwise {
+            self.see_past_hull(ground.point(vertex), forward);
+            return Ok(());
+        }
+        self.see_before_hull(right, left);
+        if !ground.tile.is_wall(edge) && ground.is_free(edge / 3) {
+            let cone = Cone { root: at, right, left };
+            self.through(ground, 0, edge, cone)?;
+        }
+        let beyond = ground.tile.vertex(ends[usize::from(forward)]).id;
+        let item = Item {
+            kind: if forward { Kind::Hull } else { Kind::HullBack },
+            tile: beyond.tile,
+            index: beyond.index,
+            other: beyond,
+            root: 0,
+            right,
+            left,
+        };
+        self.queue.push(0.0, item);
+        Ok(())
+    }
+
+    /// Places outside that the source sees before a hull edge.
+    fn see_before_hull(&mut self, right: Point, left: Point) {
+        let Goal::Places(places) = &self.goal else { return };
+        let within = places.outside_within(self.source, right, left);
+        let before = within.filter(|&goal| {
+            let point = places.points()[goal as usize];
+            orient2d(left, right, point) != Orientation::CounterClockwise
+        });
+        let before: Vec<u32> = before.collect();
+        self.see_places(&before, 0);
+    }
+
+    /// Places outside that the source sees beside the hull, past its outermost vertex on the right or on the left.
+    fn see_past_hull(&mut self, outermost: Point, on_right: bool) {
+        let Goal::Places(places) = &self.goal else { return };
+        let hidden = if on_right {
+            Orientation::CounterClockwise
+        } else {
+            Orientation::Clockwise
+        };
+        let beside = places.outside.iter().copied().filter(|&goal| {
+            let point = places.points()[goal as usize];
+            orient2d(self.source, outermost, point) != hidden
+        });
+        let beside: Vec<u32> = beside.collect();
+        self.see_places(&beside, 0);
+    }
+}

@@ -1,0 +1,362 @@
+//! The promise: walking distances to places, sites and vertices are those of the visibility graph by brute force, whatever the
+//! tiles and the cache.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod outcomes;
+mod scene;
+mod truth;
+
+use delaunay_tiles::geometry::{Orientation, Point, orient2d};
+use delaunay_tiles::query::{PathOutcome, QueryOptions};
+use delaunay_tiles::store::{LineKind, TileReader};
+use futures::TryStreamExt;
+use proptest::prelude::*;
+use scene::{Scene, at, block, line, open, wall};
+use support::oracle::{Oracle, Walk};
+use support::{Random, runtime};
+
+/// Vertices of a tile.
+const TILES: [usize; 4] = [4, 9, 40, 1 << 16];
+
+fn is_near(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-9 * b.abs()
+}
+
+/// A shortest path between two points, by its outcome.
+async fn walk(reader: &TileReader, from: Point, to: Point) -> Walk {
+    let options = QueryOptions::default().certified();
+    match reader.shortest_path(from, to, options).await.unwrap() {
+        PathOutcome::Found(path) => {
+            let legs = path
+                .points
+                .windows(2)
+                .map(|leg| (leg[1].x - leg[0].x).hypot(leg[1].y - leg[0].y));
+            let value = path.distance.value;
+            assert!(is_near(legs.sum(), value) || value == 0.0, "{path:?}");
+            assert_eq!((path.points.first(), path.points.last()), (Some(&from), Some(&to)));
+            assert!(path.distance.lower <= value && value <= path.distance.upper);
+            assert!(path.is_certified && path.bends.len() == path.points.len() - 2);
+            for (bend, around) in path.bends.iter().zip(path.points.windows(3)) {
+                let turn = |to| orient2d(around[0], around[1], to);
+                let left = if bend.turns_left {
+                    Orientation::CounterClockwise
+                } else {
+                    Orientation::Clockwise
+                };
+                assert!(bend.vertex.point == around[1] && turn(around[2]) == left, "{path:?}");
+                let is_in_the_way = orient2d(around[1], around[2], bend.edge_to.point);
+                assert!(
+                    is_in_the_way == left || is_in_the_way == Orientation::Collinear,
+                    "{path:?}"
+                );
+                assert!(bend.sources.iter().any(|source| source.is_wall()), "{path:?}");
+            }
+            Walk::Length(value)
+        }
+        PathOutcome::Unreachable => Walk::Unreachable,
+        PathOutcome::InsideObstacle { .. } => Walk::Inside,
+    }
+}
+
+fn same(found: Walk, expected: Walk) -> bool {
+    match (found, expected) {
+        (Walk::Length(a), Walk::Length(b)) => is_near(a, b),
+        (a, b) => a == b,
+    }
+}
+
+/// Compares paths between `count` points, distances to all vertices and to sites with the oracle, for each size of tiles.
+async fn compare(scene: &Scene, count: usize, tile_sizes: &[usize]) {
+    let mut random = Random(count as u64 + scene.lines.len() as u64);
+    let targets = scene.targets(&mut random, count);
+    let sources = &targets[..count.div_ceil(2)];
+    let mut oracle = None;
+    for &size in tile_sizes {
+        let (scratch, reader) = scene.build(size).await;
+        if oracle.is_none() {
+            let oracle_of = Oracle::read(&reader).await;
+            let walks: Vec<_> = sources.iter().map(|&from| oracle_of.walks(from, &targets)).collect();
+            oracle = Some((oracle_of, walks));
+        }
+        let Some((oracle, walks)) = &oracle else { unreachable!() };
+        // A cache that holds nothing.
+        let poor = open(&scratch, 0).await;
+        for (round, (&from, expected)) in sources.iter().zip(walks).enumerate() {
+            let reader = if round % 3 == 0 { &poor } else { &reader };
+            for (&to, &expected) in targets.iter().zip(expected) {
+                let found = walk(reader, from, to).await;
+                assert!(
+                    same(found, expected),
+                    "tiles of {size}: {from:?} to {to:?}: {found:?}, not {expected:?} in {scene:?}"
+                );
+            }
+            if !oracle.is_free(from) {
+                continue;
+            }
+            compare_vertices(reader, oracle, from).await;
+            compare_sites(reader, oracle, from, scene).await;
+            let several = reader.shortest_paths(from, targets.clone(), QueryOptions::default());
+            let several: Vec<_> = several.try_collect().await.unwrap();
+            assert!(several.is_sorted_by(|a, b| a.1.distance.value <= b.1.distance.value));
+            let mut found = vec![Walk::Unreachable; targets.len()];
+            for (place, path) in several {
+                found[place] = Walk::Length(path.distance.value);
+            }
+            for (found, &expected) in found.into_iter().zip(expected) {
+                let expected = if expected == Walk::Inside {
+                    Walk::Unreachable
+                } else {
+                    expected
+                };
+                assert!(same(found, expected), "{found:?}, not {expected:?}");
+            }
+        }
+    }
+}
+
+async fn compare_vertices(reader: &TileReader, oracle: &Oracle, from: Point) {
+    let expected = oracle.walks(from, &oracle.points);
+    let reached = expected.iter().filter(|walk| matches!(walk, Walk::Length(_))).count();
+    let found: Vec<_> = reader
+        .vertices_by_distance(from, QueryOptions::default())
+        .try_collect()
+        .await
+        .unwrap();
+    assert!(found.is_sorted_by(|a, b| a.distance.value <= b.distance.value));
+    assert_eq!(found.len(), reached, "from {from:?}");
+    for vertex in found {
+        let place = oracle.points.iter().position(|&p| p == vertex.vertex.point).unwrap();
+        let length = vertex.distance.value;
+        assert!(
+            same(Walk::Length(length), expected[place]),
+            "from {from:?} to {vertex:?}, not {:?}",
+            expected[place]
+        );
+    }
+}
+
+async fn compare_sites(reader: &TileReader, oracle: &Oracle, from: Point, scene: &Scene) {
+    let expected = oracle.walks(from, &scene.sites);
+    let mut lengths: Vec<f64> = expected
+        .iter()
+        .filter_map(|walk| {
+            if let Walk::Length(length) = walk {
+                Some(*length)
+            } else {
+                None
+            }
+        })
+        .collect();
+    lengths.sort_by(f64::total_cmp);
+    let found: Vec<_> = reader
+        .nearest_sites(from, QueryOptions::default().certified())
+        .try_collect()
+        .await
+        .unwrap();
+    assert_eq!(found.len(), lengths.len());
+    assert!(found.is_sorted_by(|a, b| (a.distance.value, a.number) < (b.distance.value, b.number)));
+    for (site, length) in found.iter().zip(&lengths) {
+        assert!(
+            is_near(site.distance.value, *length),
+            "from {from:?}: {site:?}, not {length}"
+        );
+        assert!(same(Walk::Length(site.distance.value), expected[site.number as usize]));
+        assert_eq!(site.vertex.point, scene.sites[site.number as usize]);
+    }
+    let Some(middle) = found.get(found.len() / 2) else {
+        return;
+    };
+    let radius = middle.distance.value;
+    let within: Vec<_> = reader
+        .sites_within(from, radius, QueryOptions::default())
+        .try_collect()
+        .await
+        .unwrap();
+    assert!(within.iter().all(|site| site.distance.value <= radius));
+    let expected = found.iter().filter(|site| site.distance.value <= radius);
+    assert!(
+        within
+            .iter()
+            .map(|site| site.number)
+            .eq(expected.map(|site| site.number))
+    );
+}
+
+fn check(scene: &Scene, count: usize, tile_sizes: &[usize]) {
+    runtime().block_on(compare(scene, count, tile_sizes));
+}
+
+#[test]
+fn scenes_by_hand() {
+    let spiral = wall(&[(1, 1), (9, 1), (9, 9), (2, 9), (2, 3), (7, 3), (7, 7), (4, 7), (4, 5)]);
+    let comb = (0..5).map(|i| {
+        wall(&[
+            (1 + 2 * i, if i % 2 == 0 { 0 } else { 2 }),
+            (1 + 2 * i, if i % 2 == 0 { 8 } else { 10 }),
+        ])
+    });
+    for (name, mut scene) in [
+        ("nothing in the way", Scene::in_room(10, vec![])),
+        ("one wall", Scene::in_room(10, vec![wall(&[(5, 2), (5, 8)])])),
+        ("a spiral", Scene::in_room(10, vec![spiral.clone()])),
+        ("a spiral on a grid", Scene::on_grid(11, 11, vec![spiral])),
+        ("a comb", Scene::in_room(10, comb.clone().collect())),
+        ("a comb on a grid", Scene::on_grid(11, 11, comb.collect())),
+        (
+            "walls through from hull to hull",
+            Scene::in_room(10, vec![wall(&[(5, 0), (5, 10)]), wall(&[(0, 5), (10, 5)])]),
+        ),
+        (
+            "touching corners",
+            Scene::on_grid(
+                9,
+                9,
+                vec![block([1, 1], [3, 3]), block([4, 4], [3, 3]), block([1, 4], [3, 3])],
+            ),
+        ),
+        (
+            "shared walls",
+            Scene::on_grid(
+                9,
+                9,
+                vec![block([1, 2], [3, 3]), block([4, 2], [2, 5]), block([6, 3], [1, 2])],
+            ),
+        ),
+        (
+            "tees",
+            Scene::on_grid(
+                9,
+                9,
+                vec![
+                    wall(&[(1, 4), (7, 4)]),
+                    wall(&[(4, 4), (4, 8)]),
+                    wall(&[(2, 4), (2, 1)]),
+                ],
+            ),
+        ),
+        (
+            "the island is the hull",
+            Scene {
+                lines: vec![block([0, 0], [6, 4])],
+                ..Scene::default()
+            },
+        ),
+        (
+            "the island is a hull of many points",
+            Scene::on_grid(5, 5, vec![block([0, 0], [4, 4])]),
+        ),
+        (
+            "walls on the hull",
+            Scene::on_grid(5, 5, vec![wall(&[(0, 0), (4, 0), (4, 4), (1, 4)])]),
+        ),
+        (
+            "a closed wall",
+            Scene::on_grid(9, 9, vec![wall(&[(2, 2), (6, 2), (6, 6), (2, 6), (2, 2)])]),
+        ),
+        (
+            "a lake with an island",
+            Scene::on_grid(
+                9,
+                9,
+                vec![
+                    block([1, 1], [7, 7]),
+                    line(LineKind::Obstacle, &[(2, 2), (2, 6), (6, 6), (6, 2), (2, 2)]),
+                    block([3, 3], [1, 1]),
+                ],
+            ),
+        ),
+        (
+            "a wall into a corner",
+            Scene::on_grid(
+                7,
+                7,
+                vec![block([2, 2], [2, 2]), wall(&[(4, 4), (6, 6)]), wall(&[(2, 2), (0, 0)])],
+            ),
+        ),
+    ] {
+        println!("{name}");
+        scene.sites = vec![at(0, 0), at(4, 4), at(2, 3), at(4, 2), at(4, 4)];
+        check(&scene, 8, &TILES);
+        scene.exterior_is_hole = true;
+        check(&scene, 8, &[9]);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
+
+    #[test]
+    fn blocks_and_walls_on_grids(
+        rectangles in prop::collection::vec((0i32..7, 0i32..7, 1i32..4, 1i32..4, 0u8..8), 1..8),
+        walls in prop::collection::vec(prop::collection::vec((0i32..9, 0i32..9), 2..5), 0..4),
+        exterior_is_hole in prop::bool::weighted(0.2),
+        is_dense in any::<bool>(),
+    ) {
+        let kinds = [LineKind::BreakLine, LineKind::Wall, LineKind::Obstacle, LineKind::Obstacle];
+        let mut lines: Vec<_> = rectangles.into_iter().map(|(x, y, width, height, how)| {
+            let (_, corners) = block([x, y], [width, height]);
+            (kinds[usize::from(how) / 2], corners)
+        }).collect();
+        lines.extend(walls.into_iter().map(|corners| wall(&corners)).filter(|line| line.1.windows(2).all(|pair| pair[0] != pair[1])));
+        let mut scene = if is_dense { Scene::on_grid(10, 10, lines) } else { Scene::in_room(10, lines) };
+        scene.sites = vec![at(0, 0), at(3, 3), at(7, 2), at(10, 10), at(5, 5), at(5, 5), at(2, 8)];
+        scene.exterior_is_hole = exterior_is_hole;
+        check(&scene, 6, &[[4, 9, 40][scene.lines.len() % 3], 1 << 16]);
+    }
+
+    #[test]
+    fn polygons_and_walls_anywhere(seed in any::<u64>()) {
+        let mut random = Random(seed);
+        let mut lines = Vec::new();
+        for _ in 0..2 + random.below(4) {
+            let (x, y, size) = (random.unit() * 10.0, random.unit() * 10.0, 0.5 + 2.0 * random.unit());
+            let corners = 3 + random.below(6);
+            let corner = |i: usize, far: f64| {
+                let turn = std::f64::consts::TAU * i as f64 / corners as f64;
+                Point::new(x + far * turn.cos(), y + far * turn.sin())
+            };
+            let mut ring: Vec<Point> = (0..corners).map(|i| corner(i, size * (0.3 + random.unit()))).collect();
+            ring.push(ring[0]);
+            lines.push((LineKind::Obstacle, ring));
+        }
+        for _ in 0..random.below(8) {
+            let mut corners = Vec::new();
+            for _ in 0..2 + random.below(3) {
+                corners.push(Point::new(random.unit() * 10.0, random.unit() * 10.0));
+            }
+            lines.push((if random.below(4) == 0 { LineKind::BreakLine } else { LineKind::Wall }, corners));
+        }
+        let mut scene = Scene { lines, ..Scene::default() };
+        let free = (0..20).map(|_| Point::new(random.unit() * 12.0 - 1.0, random.unit() * 12.0 - 1.0));
+        scene.points = free.collect();
+        scene.sites = scene.points[..8].to_vec();
+        check(&scene, 6, &[4, 1 << 16]);
+    }
+}
+
+/// Break lines are passed over as if they were not there.
+#[test]
+fn break_lines_change_nothing() {
+    let mut random = Random(5);
+    let walls = vec![
+        block([2, 2], [3, 2]),
+        wall(&[(7, 1), (7, 8)]),
+        wall(&[(1, 7), (6, 7), (6, 5)]),
+    ];
+    let mut broken = walls.clone();
+    broken.extend((0..10).map(|i| line(LineKind::BreakLine, &[(0, i), (9, 9 - i)])));
+    broken.push(line(LineKind::BreakLine, &[(0, 0), (9, 0), (9, 9), (0, 9), (0, 0)]));
+    let [plain, broken] = [walls, broken].map(|lines| Scene::on_grid(10, 10, lines));
+    runtime().block_on(async {
+        let (_one, plain_reader) = plain.build(1 << 16).await;
+        let (_other, broken) = broken.build(20).await;
+        let targets = plain.targets(&mut random, 40);
+        for pair in targets.windows(2) {
+            let expected = walk(&plain_reader, pair[0], pair[1]).await;
+            let found = walk(&broken, pair[0], pair[1]).await;
+            assert!(same(found, expected), "{pair:?}: {found:?}, not {expected:?}");
+        }
+    });
+}

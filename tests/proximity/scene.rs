@@ -1,0 +1,134 @@
+//! Scenes to walk in.
+
+use delaunay_tiles::build::{BuildOptions, Builder, Crossings};
+use delaunay_tiles::geometry::Point;
+use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
+use delaunay_tiles::store::{Cache, LineKind, OpenOptions, TileReader};
+
+use crate::support::{Random, Scratch, batches};
+
+/// A polyline, or the directed ring of an obstacle.
+pub type Line = (LineKind, Vec<Point>);
+
+/// What a file is built of.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    pub points: Vec<Point>,
+    pub lines: Vec<Line>,
+    pub seeds: Vec<Point>,
+    pub sites: Vec<Point>,
+    pub exterior_is_hole: bool,
+}
+
+pub fn at(x: i32, y: i32) -> Point {
+    Point::new(x.into(), y.into())
+}
+
+pub fn line(kind: LineKind, corners: &[(i32, i32)]) -> Line {
+    (kind, corners.iter().map(|&(x, y)| at(x, y)).collect())
+}
+
+pub fn wall(corners: &[(i32, i32)]) -> Line {
+    line(LineKind::Wall, corners)
+}
+
+/// The ring of an obstacle, counter-clockwise.
+pub fn block([x, y]: [i32; 2], [width, height]: [i32; 2]) -> Line {
+    let (right, top) = (x + width, y + height);
+    line(
+        LineKind::Obstacle,
+        &[(x, y), (right, y), (right, top), (x, top), (x, y)],
+    )
+}
+
+impl Scene {
+    /// All points of a grid, so that lines along it may cross there.
+    pub fn on_grid(width: i32, height: i32, lines: Vec<Line>) -> Self {
+        let points = (0..width).flat_map(|x| (0..height).map(move |y| at(x, y)));
+        Self {
+            points: points.collect(),
+            lines,
+            ..Self::default()
+        }
+    }
+
+    /// The four corners of a room, and lines in it.
+    pub fn in_room(size: i32, lines: Vec<Line>) -> Self {
+        Self {
+            points: vec![at(0, 0), at(size, 0), at(size, size), at(0, size)],
+            lines,
+            ..Self::default()
+        }
+    }
+
+    pub async fn build(&self, tile_vertices: usize) -> (Scratch, TileReader) {
+        let scratch = Scratch::new();
+        let options = BuildOptions {
+            tile_vertices,
+            threads: 2,
+            crossings: Crossings::Split,
+            exterior_is_hole: self.exterior_is_hole,
+            ..BuildOptions::default()
+        };
+        let mut builder = Builder::new(&scratch.path, options).unwrap();
+        for ((kind, corners), number) in self.lines.iter().zip(0..) {
+            let ends: Vec<[Point; 2]> = corners.windows(2).map(|pair| [pair[0], pair[1]]).collect();
+            let batch = SegmentBatch {
+                lines: vec![0; ends.len()],
+                ends,
+                ..SegmentBatch::default()
+            };
+            builder.push_lines(*kind, number, &batch).unwrap();
+        }
+        builder.push_seeds(&self.seeds).unwrap();
+        builder
+            .push_sites(&SiteBatch {
+                points: self.sites.clone(),
+                ids: (0..self.sites.len() as u64).map(SiteId::Number).collect(),
+                ..SiteBatch::default()
+            })
+            .unwrap();
+        for batch in batches(&self.points, &[]) {
+            builder.push(&batch).await.unwrap();
+        }
+        builder.finish().await.unwrap();
+        let reader = open(&scratch, usize::MAX).await;
+        (scratch, reader)
+    }
+
+    /// Vertices, middles between them, others, and places outside.
+    pub fn targets(&self, random: &mut Random, count: usize) -> Vec<Point> {
+        let all: Vec<Point> = self
+            .points
+            .iter()
+            .chain(self.lines.iter().flat_map(|line| &line.1))
+            .copied()
+            .collect();
+        let any = |random: &mut Random| all[random.below(all.len())];
+        let mut targets = Vec::new();
+        while targets.len() < count {
+            let (a, b) = (any(random), any(random));
+            let part = [0.0, 0.5, 0.25, random.unit(), -0.5, 1.75][random.below(6)];
+            let between = Point::new(a.x + part * (b.x - a.x), a.y + part * (b.y - a.y));
+            let (corners, place) = (&self.lines, random.below(self.lines.len().max(1)));
+            targets.push(match (random.below(4), corners.get(place)) {
+                (0, Some((_, corners))) => {
+                    let first = random.below(corners.len() - 1);
+                    let [a, b] = [corners[first], corners[first + 1]];
+                    Point::new(a.x + 0.5 * (b.x - a.x), a.y + 0.5 * (b.y - a.y))
+                }
+                (1, _) => a,
+                _ => between,
+            });
+        }
+        targets
+    }
+}
+
+/// Opens a file with a cache of so many bytes.
+pub async fn open(scratch: &Scratch, cache: usize) -> TileReader {
+    let cache = Cache::new(cache.min(1 << 30));
+    TileReader::open(&scratch.path, OpenOptions::default().cache(&cache))
+        .await
+        .unwrap()
+}

@@ -1,0 +1,75 @@
+//! What a query comes to, as far as it is printed.
+
+use delaunay_tiles::geometry::Point;
+use delaunay_tiles::query::{Location, Near, Path, QueryError, SiteFound};
+use delaunay_tiles::store::VertexId;
+
+use super::batch::Question;
+
+/// How a query ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Status {
+    Ok,
+    Unreachable,
+    /// With the point, and the nearest free one.
+    Inside(Point, Option<Point>),
+    /// The rest is at least as far away.
+    Budget(f64),
+}
+
+impl Status {
+    /// The name in tables.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::Unreachable => "unreachable",
+            Self::Inside(..) => "inside_obstacle",
+            Self::Budget(_) => "out_of_budget",
+        }
+    }
+
+    /// Of an error that is an answer.
+    pub fn of(error: QueryError) -> anyhow::Result<Self> {
+        match error {
+            QueryError::InsideObstacle { point, nearest_free } => Ok(Self::Inside(point, nearest_free)),
+            QueryError::OutOfBudget { at_least } => Ok(Self::Budget(at_least)),
+            other => Err(other.into()),
+        }
+    }
+}
+
+/// An answer and its question.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    pub question: Question,
+    pub status: Status,
+    pub found: Found,
+}
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub enum Found {
+    Location(Location),
+    Near(Vec<Near>),
+    Sites(Vec<SiteFound>),
+    Path(Option<Path>),
+}
+
+/// What a point lies on or in, and the numbers of the vertices there.
+pub fn spot(location: &Location) -> (&'static str, Vec<VertexId>) {
+    match location {
+        Location::OnVertex(vertex) => ("vertex", vec![vertex.id]),
+        Location::OnEdge { ends, .. } => ("edge", ends.iter().map(|end| end.id).collect()),
+        Location::InTriangle(triangle) => ("triangle", triangle.vertices.iter().map(|vertex| vertex.id).collect()),
+        Location::Outside => ("outside", Vec::new()),
+    }
+}
+
+/// The id of a site, or its number if it has none.
+pub fn name(number: Option<u64>, id: Option<&str>) -> String {
+    match (id, number) {
+        (Some(id), _) => id.to_owned(),
+        (None, Some(number)) => number.to_string(),
+        (None, None) => String::new(),
+    }
+}

@@ -1,0 +1,106 @@
+//! Asks the library.
+
+use delaunay_tiles::geometry::Point;
+use delaunay_tiles::query::{Footing, PathOutcome, QueryError, QueryOptions};
+use delaunay_tiles::store::TileReader;
+use futures::{Stream, TryStreamExt};
+
+use super::answer::{Answer, Found, Status};
+use super::batch::Question;
+
+/// What is asked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Ask {
+    Locate,
+    Nearest { k: u32, vertices: bool },
+    Knn { k: u32 },
+    Range { radius: f64 },
+    Path,
+}
+
+/// The first of a stream, and how it ended.
+async fn first<T>(
+    mut stream: impl Stream<Item = Result<T, QueryError>> + Unpin,
+    most: usize,
+) -> anyhow::Result<(Status, Vec<T>)> {
+    let mut found = Vec::new();
+    while found.len() < most {
+        match stream.try_next().await {
+            Ok(Some(item)) => found.push(item),
+            Ok(None) => break,
+            Err(error) => return Ok((Status::of(error)?, found)),
+        }
+    }
+    Ok((Status::Ok, found))
+}
+
+impl Ask {
+    /// The answer to a question.
+    pub async fn answer(
+        self,
+        reader: &TileReader,
+        question: Question,
+        options: QueryOptions,
+    ) -> anyhow::Result<Answer> {
+        let (status, found) = match question {
+            Question::At(at) => self.answer_at(reader, at, options).await?,
+            Question::Way(from, to) => answer_way(reader, from, to, options).await?,
+        };
+        Ok(Answer {
+            question,
+            status,
+            found,
+        })
+    }
+
+    async fn answer_at(self, reader: &TileReader, at: Point, options: QueryOptions) -> anyhow::Result<(Status, Found)> {
+        Ok(match self {
+            Self::Locate => {
+                let location = reader.locate(at.x, at.y).await?;
+                let status = match reader.footing(at, options).await {
+                    Ok(Footing::Free) => Status::Ok,
+                    Ok(Footing::InsideObstacle { nearest_free }) => Status::Inside(at, nearest_free),
+                    // A file without triangles has no obstacles.
+                    Err(QueryError::NoTriangles { .. }) => Status::Ok,
+                    Err(error) => Status::of(error)?,
+                };
+                (status, Found::Location(location))
+            }
+            Self::Nearest { k, vertices } => {
+                let of_sites = !vertices && reader.directory().metadata.sites > 0;
+                let (status, near) = if of_sites {
+                    first(reader.sites_by_air(at, options), k as usize).await?
+                } else {
+                    first(reader.vertices_by_air(at, options), k as usize).await?
+                };
+                (status, Found::Near(near))
+            }
+            Self::Knn { k } => {
+                let (status, sites) = first(reader.nearest_sites(at, options), k as usize).await?;
+                (status, Found::Sites(sites))
+            }
+            Self::Range { radius } => {
+                let (status, sites) = first(reader.sites_within(at, radius, options), usize::MAX).await?;
+                (status, Found::Sites(sites))
+            }
+            Self::Path => unreachable!("paths have two ends"),
+        })
+    }
+}
+
+async fn answer_way(
+    reader: &TileReader,
+    from: Point,
+    to: Point,
+    options: QueryOptions,
+) -> anyhow::Result<(Status, Found)> {
+    let outcome = match reader.shortest_path(from, to, options).await {
+        Ok(outcome) => outcome,
+        Err(error) => return Ok((Status::of(error)?, Found::Path(None))),
+    };
+    Ok(match outcome {
+        PathOutcome::Found(path) => (Status::Ok, Found::Path(Some(path))),
+        PathOutcome::Unreachable => (Status::Unreachable, Found::Path(None)),
+        PathOutcome::InsideObstacle { point, nearest_free } => (Status::Inside(point, nearest_free), Found::Path(None)),
+    })
+}

@@ -1,0 +1,77 @@
+//! What is asked for: points on the command line and in files.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use delaunay_tiles::geometry::Point;
+
+/// What one query is about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Question {
+    At(Point),
+    Way(Point, Point),
+}
+
+/// A point, as `X,Y`.
+pub fn point(text: &str) -> Result<Point, String> {
+    match numbers(text).as_deref() {
+        Some(&[x, y]) => Ok(Point::new(x, y)),
+        _ => Err("a point is two numbers with a comma between them, as 3.5,-4".to_owned()),
+    }
+}
+
+/// A distance: a number that is not negative.
+pub fn radius(text: &str) -> Result<f64, String> {
+    let radius = text.parse().ok().filter(|radius: &f64| *radius >= 0.0);
+    radius.ok_or_else(|| "a distance is a number that is not negative".to_owned())
+}
+
+fn numbers(row: &str) -> Option<Vec<f64>> {
+    let numbers = row.split(',').map(|cell| cell.trim().parse().ok());
+    numbers
+        .collect::<Option<Vec<f64>>>()
+        .filter(|numbers| numbers.iter().all(|number| number.is_finite()))
+}
+
+/// Reads a file of points or of ways. The first row may be a header, and empty rows are none.
+pub fn read(path: &Path, ways: bool) -> anyhow::Result<Vec<Question>> {
+    let shown = path.display();
+    let file = File::open(path).with_context(|| format!("cannot read {shown}"))?;
+    let expected = if ways { "from_x,from_y,to_x,to_y" } else { "x,y" };
+    let mut questions = Vec::new();
+    for (row, number) in BufReader::new(file).lines().zip(1u64..) {
+        let row = row.with_context(|| format!("cannot read {shown}, row {number}"))?;
+        let row = row.trim_start_matches('\u{feff}').trim();
+        if row.is_empty() {
+            continue;
+        }
+        let question = match (numbers(row).as_deref(), ways) {
+            (Some(&[x, y]), false) => Question::At(Point::new(x, y)),
+            (Some(&[x, y, to_x, to_y]), true) => Question::Way(Point::new(x, y), Point::new(to_x, to_y)),
+            // A header has no numbers at all.
+            (None, _) if number == 1 && row.split(',').all(|cell| cell.trim().parse::<f64>().is_err()) => continue,
+            _ => bail!("{shown}, row {number}: '{row}' is not {expected}, in numbers"),
+        };
+        questions.push(question);
+    }
+    Ok(questions)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_and_distances() {
+        assert_eq!(point("-3.5, 4e2"), Ok(Point::new(-3.5, 400.0)));
+        for text in ["", "1", "1,2,3", "a,b", "1,NaN", "inf,0", "1;2"] {
+            assert!(point(text).is_err(), "{text}");
+        }
+        assert_eq!(radius("0"), Ok(0.0));
+        for text in ["-1", "NaN", "far"] {
+            assert!(radius(text).is_err(), "{text}");
+        }
+    }
+}

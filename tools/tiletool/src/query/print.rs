@@ -1,0 +1,354 @@
+//! Answers for people and programs.
+
+use std::fmt::Write as _;
+use std::io::{self, BufWriter, Stdout, Write};
+
+use delaunay_tiles::geometry::Point;
+use delaunay_tiles::query::{Distance, Near, Path, SiteFound};
+use serde_json::{Value, json};
+
+use super::answer::{Answer, Found, Status, name, spot};
+use super::ask::Ask;
+use super::batch::Question;
+
+/// How answers are printed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    Text,
+    Json,
+    Csv,
+    GeoJson,
+}
+
+/// Prints answers, one after the other.
+pub struct Printer {
+    format: Format,
+    out: BufWriter<Stdout>,
+    features: u64,
+}
+
+impl Printer {
+    /// Prints what comes before all answers.
+    pub fn new(format: Format, ask: Ask) -> anyhow::Result<Self> {
+        let mut out = BufWriter::new(io::stdout());
+        match format {
+            Format::Csv => writeln!(out, "{}", header(ask))?,
+            Format::GeoJson => write!(out, r#"{{"type":"FeatureCollection","features":["#)?,
+            Format::Text | Format::Json => {}
+        }
+        Ok(Self {
+            format,
+            out,
+            features: 0,
+        })
+    }
+
+    /// Prints an answer.
+    pub fn print(&mut self, answer: &Answer) -> anyhow::Result<()> {
+        match self.format {
+            Format::Text => write!(self.out, "{}", text(answer))?,
+            Format::Json => writeln!(self.out, "{}", object(answer))?,
+            Format::Csv => write!(self.out, "{}", rows(answer))?,
+            Format::GeoJson => {
+                for feature in features(answer) {
+                    let comma = if self.features == 0 { "" } else { "," };
+                    write!(self.out, "{comma}\n{feature}")?;
+                    self.features += 1;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Prints what comes behind all answers.
+    pub fn finish(mut self) -> anyhow::Result<()> {
+        if self.format == Format::GeoJson {
+            writeln!(self.out, "\n]}}")?;
+        }
+        Ok(self.out.flush()?)
+    }
+}
+
+const fn header(ask: Ask) -> &'static str {
+    match ask {
+        Ask::Locate => "x,y,status,where,a,b,c",
+        Ask::Nearest { .. } => "x,y,rank,vertex,site,to_x,to_y,distance",
+        Ask::Knn { .. } | Ask::Range { .. } => "x,y,status,rank,site,to_x,to_y,distance,lower,upper",
+        Ask::Path => "from_x,from_y,to_x,to_y,status,distance,lower,upper",
+    }
+}
+
+fn pair(point: Point) -> String {
+    format!("{},{}", point.x, point.y)
+}
+
+/// A cell of a table, in quotes where it must be.
+fn cell(text: &str) -> String {
+    match text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_owned(),
+    }
+}
+
+fn bounds(distance: &Distance) -> String {
+    format!("{},{},{}", distance.value, distance.lower, distance.upper)
+}
+
+fn asked(question: Question) -> String {
+    match question {
+        Question::At(at) => pair(at),
+        Question::Way(from, to) => format!("{},{}", pair(from), pair(to)),
+    }
+}
+
+fn rows(answer: &Answer) -> String {
+    let (asked, status) = (asked(answer.question), answer.status.name());
+    let mut rows = String::new();
+    match &answer.found {
+        Found::Location(location) => {
+            let (what, vertices) = spot(location);
+            let mut vertices: Vec<String> = vertices.iter().map(ToString::to_string).collect();
+            vertices.resize(3, String::new());
+            _ = writeln!(rows, "{asked},{status},{what},{}", vertices.join(","));
+        }
+        Found::Near(all) => {
+            for (near, rank) in all.iter().zip(1..) {
+                let (vertex, at) = (near.vertex.id, pair(near.vertex.point));
+                let site = cell(&name(near.site, near.id.as_deref()));
+                _ = writeln!(rows, "{asked},{rank},{vertex},{site},{at},{}", near.distance);
+            }
+        }
+        Found::Sites(sites) => {
+            for (site, rank) in sites.iter().zip(1..) {
+                let name = cell(&name(Some(site.number), site.id.as_deref()));
+                let (at, distance) = (pair(site.vertex.point), bounds(&site.distance));
+                _ = writeln!(rows, "{asked},ok,{rank},{name},{at},{distance}");
+            }
+            if answer.status != Status::Ok {
+                let lower = if let Status::Budget(at_least) = answer.status {
+                    at_least.to_string()
+                } else {
+                    String::new()
+                };
+                _ = writeln!(rows, "{asked},{status},,,,,,{lower},");
+            }
+        }
+        Found::Path(path) => {
+            let bounds = match (path, answer.status) {
+                (Some(path), _) => bounds(&path.distance),
+                (None, Status::Budget(at_least)) => format!(",{at_least},"),
+                (None, _) => ",,".to_owned(),
+            };
+            _ = writeln!(rows, "{asked},{status},{bounds}");
+        }
+    }
+    rows
+}
+
+fn position(point: Point) -> Value {
+    json!([point.x, point.y])
+}
+
+fn path_value(path: &Path) -> Value {
+    let bends = path.bends.iter().map(|bend| {
+        let sources = bend.sources.iter();
+        let lines = sources.map(|source| json!({"kind": source.kind().to_string(), "line": source.number()}));
+        json!({
+            "vertex": bend.vertex.id.to_string(),
+            "at": position(bend.vertex.point),
+            "turns": if bend.turns_left { "left" } else { "right" },
+            "edge_to": bend.edge_to.id.to_string(),
+            "lines": lines.collect::<Vec<_>>(),
+        })
+    });
+    json!({
+        "points": path.points.iter().map(|&point| position(point)).collect::<Vec<_>>(),
+        "bends": bends.collect::<Vec<_>>(),
+        "certified": path.is_certified,
+    })
+}
+
+/// The question and how it ended, as the head of an object.
+fn head(answer: &Answer) -> Value {
+    let mut value = match answer.question {
+        Question::At(at) => json!({"at": position(at)}),
+        Question::Way(from, to) => json!({"from": position(from), "to": position(to)}),
+    };
+    value["status"] = answer.status.name().into();
+    match answer.status {
+        Status::Inside(point, nearest) => {
+            value["inside"] = position(point);
+            value["nearest_free"] = nearest.map_or(Value::Null, position);
+        }
+        Status::Budget(at_least) => value["at_least"] = at_least.into(),
+        Status::Ok | Status::Unreachable => {}
+    }
+    value
+}
+
+fn with_distance(mut value: Value, distance: &Distance) -> Value {
+    value["distance"] = distance.value.into();
+    value["lower"] = distance.lower.into();
+    value["upper"] = distance.upper.into();
+    value
+}
+
+/// What was found, as objects, and where each is.
+fn items<'a>(answer: &'a Answer) -> Vec<(Value, Option<Point>, Option<&'a Path>)> {
+    match &answer.found {
+        Found::Location(location) => {
+            let (what, vertices) = spot(location);
+            let vertices: Vec<String> = vertices.iter().map(ToString::to_string).collect();
+            let at = if let Question::At(at) = answer.question {
+                Some(at)
+            } else {
+                None
+            };
+            vec![(json!({"where": what, "vertices": vertices}), at, None)]
+        }
+        Found::Near(all) => {
+            let item = |near: &Near| {
+                let point = near.vertex.point;
+                let site = near.site.map(|number| name(Some(number), near.id.as_deref()));
+                let (vertex, distance) = (near.vertex.id.to_string(), near.distance);
+                let value = json!({"vertex": vertex, "site": site, "to": position(point), "distance": distance});
+                (value, Some(point), None)
+            };
+            all.iter().map(item).collect()
+        }
+        Found::Sites(sites) => {
+            let item = |site: &'a SiteFound| {
+                let point = site.vertex.point;
+                let value = json!({"site": name(Some(site.number), site.id.as_deref()), "to": position(point)});
+                (with_distance(value, &site.distance), Some(point), site.path.as_ref())
+            };
+            sites.iter().map(item).collect()
+        }
+        Found::Path(path) => path
+            .iter()
+            .map(|path| (with_distance(json!({}), &path.distance), None, Some(path)))
+            .collect(),
+    }
+}
+
+fn object(answer: &Answer) -> Value {
+    let mut value = head(answer);
+    let items = items(answer).into_iter().map(|(mut item, _, path)| {
+        if let Some(path) = path {
+            item["path"] = path_value(path);
+        }
+        item
+    });
+    let mut items: Vec<Value> = items.collect();
+    match (&answer.found, items.pop()) {
+        (Found::Location(_) | Found::Path(_), Some(Value::Object(item))) => {
+            item.into_iter().for_each(|(key, item)| value[key] = item);
+        }
+        (found, last) => {
+            let key = if matches!(found, Found::Near(_)) {
+                "nearest"
+            } else {
+                "sites"
+            };
+            items.extend(last);
+            if !matches!(found, Found::Path(_)) {
+                value[key] = items.into();
+            }
+        }
+    }
+    value
+}
+
+fn features(answer: &Answer) -> Vec<Value> {
+    let head = head(answer);
+    let mut items = items(answer);
+    if items.is_empty() {
+        items.push((json!({}), None, None));
+    }
+    let feature = |(mut item, point, path): (Value, Option<Point>, Option<&Path>)| {
+        if let (Value::Object(item), Value::Object(head)) = (&mut item, &head) {
+            item.extend(head.clone());
+        }
+        let geometry = match (path, point) {
+            (Some(path), _) => {
+                let points: Vec<Value> = path.points.iter().map(|&point| position(point)).collect();
+                json!({"type": "LineString", "coordinates": points})
+            }
+            (None, Some(point)) => json!({"type": "Point", "coordinates": position(point)}),
+            (None, None) => Value::Null,
+        };
+        json!({"type": "Feature", "properties": item, "geometry": geometry})
+    };
+    items.into_iter().map(feature).collect()
+}
+
+fn text(answer: &Answer) -> String {
+    let mut text = match answer.question {
+        Question::At(at) => format!("({}, {})", at.x, at.y),
+        Question::Way(from, to) => format!("({}, {}) to ({}, {})", from.x, from.y, to.x, to.y),
+    };
+    match answer.status {
+        Status::Ok => {}
+        Status::Unreachable => text.push_str(": no way leads there"),
+        Status::Inside(point, nearest) => {
+            _ = write!(text, ": ({}, {}) lies in an obstacle", point.x, point.y);
+            if let Some(nearest) = nearest {
+                _ = write!(text, "; the nearest free point is ({}, {})", nearest.x, nearest.y);
+            }
+        }
+        Status::Budget(at_least) => _ = write!(text, ": stopped early; what is not here is at least {at_least} away"),
+    }
+    match &answer.found {
+        Found::Location(location) => {
+            let (what, vertices) = spot(location);
+            let vertices: Vec<String> = vertices.iter().map(ToString::to_string).collect();
+            let place = match what {
+                "outside" => "outside the hull".to_owned(),
+                "vertex" => format!("on vertex {}", vertices[0]),
+                what => format!("on {what} {}", vertices.join(" ")).replace("on triangle", "in triangle"),
+            };
+            _ = writeln!(text, ": {place}");
+        }
+        Found::Near(all) => {
+            text.push('\n');
+            for (near, rank) in all.iter().zip(1..) {
+                let Point { x, y } = near.vertex.point;
+                let what = match near.site {
+                    Some(number) => format!("site {}", name(Some(number), near.id.as_deref())),
+                    None => format!("vertex {}", near.vertex.id),
+                };
+                _ = writeln!(text, "{rank:4}  {:<20} {what} at ({x}, {y})", near.distance);
+            }
+        }
+        Found::Sites(sites) => {
+            text.push('\n');
+            for (site, rank) in sites.iter().zip(1..) {
+                let Point { x, y } = site.vertex.point;
+                let name = name(Some(site.number), site.id.as_deref());
+                _ = writeln!(text, "{rank:4}  {:<20} site {name} at ({x}, {y})", site.distance.value);
+            }
+        }
+        Found::Path(path) => {
+            if let Some(path) = path {
+                _ = write!(text, ": {}", path.distance.value);
+                for bend in &path.bends {
+                    let Point { x, y } = bend.vertex.point;
+                    let turn = if bend.turns_left { "left" } else { "right" };
+                    let lines: Vec<String> = bend
+                        .sources
+                        .iter()
+                        .map(|source| format!("{} {}", source.kind(), source.number()))
+                        .collect();
+                    let around = if lines.is_empty() {
+                        "a hole".to_owned()
+                    } else {
+                        lines.join(", ")
+                    };
+                    _ = write!(text, "\n      {turn} at ({x}, {y}), around {around}");
+                }
+            }
+            text.push('\n');
+        }
+    }
+    text
+}

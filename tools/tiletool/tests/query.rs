@@ -1,0 +1,252 @@
+//! `tiletool query` as its user meets it.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+/// A folder with a town: a square of 8 by 8 with an obstacle in the middle, a closed wall, and sites.
+struct Town(TempDir);
+
+impl Town {
+    fn new() -> Self {
+        let this = Self(tempfile::tempdir().unwrap());
+        let ring = |[x, y, u, v]: [i32; 4]| json!([[x, y], [u, y], [u, v], [x, v], [x, y]]);
+        let features = [ring([-1, -1, 1, 1]), ring([2, -4, 3, 2])];
+        let features = features.map(|ring| json!({"type": "Polygon", "coordinates": [ring]}));
+        this.write(
+            "houses.geojson",
+            json!({"type": "GeometryCollection", "geometries": features}).to_string(),
+        );
+        this.write("fences.csv", "-3,2,-2,2\n-2,2,-2,3\n-2,3,-3,3\n-3,3,-3,2\n");
+        this.write("points.csv", "-4,-4\n4,-4\n4,4\n-4,4\n");
+        this.write(
+            "shops.csv",
+            "0,3,baker\n\"-2.5\",2.5,inner\n3.5,0,\"far, far\"\n0,-3,pump\n",
+        );
+        let build = [
+            "build",
+            "points.csv",
+            "--obstacles",
+            "houses.geojson",
+            "--walls",
+            "fences.csv",
+        ];
+        this.run(0, &[&build[..], &["--sites", "shops.csv", "-o", "town.tiles"]].concat());
+        this
+    }
+
+    fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        fs::write(self.path(name), content).unwrap();
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// What a command prints, or complains of, if it ends with this code.
+    fn run(&self, code: i32, args: &[&str]) -> String {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_tiletool"));
+        let output = command
+            .current_dir(self.0.path())
+            .args(args)
+            .stdin(Stdio::null())
+            .output()
+            .unwrap();
+        let errors = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {errors}");
+        if code == 0 {
+            String::from_utf8(output.stdout).unwrap()
+        } else {
+            errors
+        }
+    }
+
+    fn query(&self, what: &str, args: &[&str]) -> String {
+        self.run(0, &[&["query", what, "town.tiles"], args].concat())
+    }
+
+    fn json(&self, what: &str, args: &[&str]) -> Value {
+        serde_json::from_str(&self.query(what, &[args, &["--json"]].concat())).unwrap()
+    }
+}
+
+#[test]
+fn paths() {
+    let town = Town::new();
+    let path = town.json("path", &["--from", "-2,0", "--to", "1.5,0", "--certify"]);
+    let length = 2f64.sqrt() + 2.0 + 1.25f64.sqrt();
+    assert!((path["distance"].as_f64().unwrap() - length).abs() < 1e-12, "{path}");
+    assert!(path["lower"].as_f64() <= path["distance"].as_f64() && path["distance"].as_f64() <= path["upper"].as_f64());
+    assert_eq!(
+        (&path["status"], &path["path"]["certified"]),
+        (&json!("ok"), &json!(true))
+    );
+    let bends = path["path"]["bends"].as_array().unwrap();
+    assert_eq!(bends.len(), 2);
+    assert!(
+        bends.iter().all(|bend| bend["lines"][0]["kind"] == "obstacle"),
+        "{path}"
+    );
+
+    let text = town.query("path", &["--from", "-2,0", "--to", "1.5,0"]);
+    assert!(
+        text.starts_with("(-2, 0) to (1.5, 0): 4.53") && text.contains("around obstacle"),
+        "{text}"
+    );
+    let drawn = town.query("path", &["--from", "-4,-4", "--to", "-4,4", "--geojson"]);
+    let drawn: Value = serde_json::from_str(&drawn).unwrap();
+    let feature = &drawn["features"][0];
+    assert_eq!(
+        feature["geometry"],
+        json!({"type": "LineString", "coordinates": [[-4.0, -4.0], [-4.0, 4.0]]})
+    );
+    assert_eq!(feature["properties"]["distance"], 8.0);
+}
+
+#[test]
+fn ways_of_a_batch_come_in_order() {
+    let town = Town::new();
+    let mut rows = String::from("from_x,from_y,to_x,to_y\n");
+    for i in 0..50 {
+        rows.push_str(&format!("-4,-4,-4,{}\n", f64::from(i) / 8.0));
+    }
+    rows.push_str("0,0,-4,-4\n-2.5,2.5,-4,-4\n\n");
+    town.write("ways.csv", rows);
+    let table = town.query("path", &["--batch", "ways.csv", "--csv", "--cache", "0"]);
+    let mut lines = table.lines();
+    assert_eq!(
+        lines.next(),
+        Some("from_x,from_y,to_x,to_y,status,distance,lower,upper")
+    );
+    for i in 0..50 {
+        let cells: Vec<&str> = lines.next().unwrap().split(',').collect();
+        let y = f64::from(i) / 8.0;
+        assert_eq!((cells[3], cells[4], cells.len()), (&*y.to_string(), "ok", 8));
+        let [distance, lower, upper] = [5, 6, 7].map(|cell| cells[cell].parse::<f64>().unwrap());
+        assert!(
+            lower <= distance && distance <= upper && distance == y + 4.0,
+            "{cells:?}"
+        );
+    }
+    assert_eq!(lines.next(), Some("0,0,-4,-4,inside_obstacle,,,"));
+    assert_eq!(lines.next(), Some("-2.5,2.5,-4,-4,unreachable,,,"));
+    assert_eq!(lines.next(), None);
+    assert_eq!(
+        town.query("path", &["--batch", "ways.csv", "--csv", "--threads", "1"]),
+        table
+    );
+}
+
+#[test]
+fn sites() {
+    let town = Town::new();
+    let found = town.json("knn", &["--at", "-4,-3"]);
+    let names: Vec<&str> = found["sites"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|site| site["site"].as_str().unwrap())
+        .collect();
+    assert_eq!(
+        (names, &found["status"]),
+        (vec!["pump", "baker", "far, far"], &json!("ok"))
+    );
+    let within = town.json("range", &["--at", "-4,-3", "--radius", "4"]);
+    assert_eq!(within["sites"], json!([found["sites"][0]]));
+    assert_eq!(found["sites"][0]["distance"], 4.0);
+    let table = town.query("knn", &["--at", "-4,-3", "--at", "0.5,0.5", "-k", "3", "--csv"]);
+    let rows: Vec<&str> = table.lines().collect();
+    assert_eq!(rows[0], "x,y,status,rank,site,to_x,to_y,distance,lower,upper");
+    assert!(
+        rows[1].starts_with("-4,-3,ok,1,pump,0,-3,4,") && rows[3].contains(r#","far, far","#),
+        "{table}"
+    );
+    assert_eq!(rows[4..], ["0.5,0.5,inside_obstacle,,,,,,,"]);
+    let one = town.query("knn", &["--at", "-4,-3", "-k", "1"]);
+    assert!(
+        one.contains("   1  4 ") && one.contains("site pump at (0, -3)"),
+        "{one}"
+    );
+    let stopped = town.json("knn", &["--at", "-4,-3", "--max-tiles", "0"]);
+    assert_eq!(
+        (&stopped["status"], &stopped["sites"]),
+        (&json!("out_of_budget"), &json!([]))
+    );
+}
+
+#[test]
+fn places() {
+    let town = Town::new();
+    assert_eq!(
+        town.query("locate", &["--at", "-4,4"])
+            .split(": ")
+            .last()
+            .unwrap()
+            .split(' ')
+            .next(),
+        Some("on")
+    );
+    let inside = town.json("locate", &["--at", "0.5,0.75"]);
+    assert_eq!(
+        (&inside["where"], &inside["status"]),
+        (&json!("triangle"), &json!("inside_obstacle"))
+    );
+    assert_eq!(inside["nearest_free"], json!([0.5, 1.0]));
+    let outside = town.json("locate", &["--at", "-400,0.75"]);
+    assert_eq!(
+        (&outside["where"], &outside["status"]),
+        (&json!("outside"), &json!("ok"))
+    );
+    let near = town.json("nearest", &["--at", "0,0"]);
+    assert_eq!(
+        (&near["nearest"][0]["site"], &near["nearest"][0]["distance"]),
+        (&json!("baker"), &json!(3.0))
+    );
+    let near = town.json("nearest", &["--at", "0,0", "--vertices", "-k", "4"]);
+    let near = near["nearest"].as_array().unwrap();
+    assert!(
+        near.len() == 4 && near.iter().all(|near| near["distance"] == 2f64.sqrt()),
+        "{near:?}"
+    );
+}
+
+#[test]
+fn mistakes() {
+    let town = Town::new();
+    town.write("bad.csv", "x,y\n1,2\n3;4\n");
+    town.write("text.tiles", "no tiles");
+    for (code, args, complaint) in [
+        (1, &["path", "town.tiles"][..], "give --from X,Y --to X,Y"),
+        (1, &["knn", "town.tiles"], "give --at X,Y"),
+        (
+            1,
+            &["knn", "town.tiles", "--batch", "bad.csv"],
+            "bad.csv, row 3: '3;4' is not x,y",
+        ),
+        (1, &["knn", "town.tiles", "--batch", "none.csv"], "cannot read none.csv"),
+        (
+            1,
+            &["path", "town.tiles", "--batch", "bad.csv"],
+            "row 2: '1,2' is not from_x,from_y,to_x,to_y",
+        ),
+        (1, &["knn", "none.tiles", "--at", "0,3"], "none.tiles"),
+        (1, &["knn", "text.tiles", "--at", "0,3"], "text.tiles"),
+        (1, &["knn", "town.tiles", "--at", "1e300,3"], "is no point"),
+        (2, &["knn", "town.tiles", "--at", "1,2,3"], "two numbers with a comma"),
+        (2, &["knn", "town.tiles", "--at", "1,2", "-k", "0"], "0"),
+        (2, &["range", "town.tiles", "--at", "1,2"], "--radius"),
+        (2, &["range", "town.tiles", "--at", "1,2", "--radius", "-1"], "--radius"),
+        (2, &["path", "town.tiles", "--from", "1,2"], "--to"),
+        (
+            2,
+            &["knn", "town.tiles", "--at", "1,2", "--csv", "--json"],
+            "cannot be used with",
+        ),
+    ] {
+        let errors = town.run(code, &[&["query"], args].concat());
+        assert!(errors.contains(complaint), "{args:?}: {errors}");
+    }
+}
