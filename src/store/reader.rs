@@ -8,7 +8,7 @@ use bytes::Bytes;
 
 use super::superblock::{FIRST_EXTENT, Superblock};
 use super::{Cache, Directory, Extent, FileId, Tile, TileEntry, TileId};
-use crate::io::{ReadAt, ThreadsFile};
+use crate::io::{self as files, Backend, ReadAt};
 
 /// Bytes of the cache that a reader makes for itself, if it may use eight times as much memory.
 const DEFAULT_CACHE: u64 = 64 << 20;
@@ -80,6 +80,7 @@ pub enum ReadError {
 pub struct OpenOptions {
     cache: Option<Cache>,
     memory: Option<u64>,
+    backend: Option<Backend>,
 }
 
 impl OpenOptions {
@@ -100,6 +101,14 @@ impl OpenOptions {
     #[must_use]
     pub fn memory(mut self, bytes: u64) -> Self {
         self.memory = Some(bytes);
+        self
+    }
+
+    /// Reads files on disk by this backend. Without it, the environment variable
+    /// [`DELAUNAY_TILES_IO`](crate::io::BACKEND_VARIABLE) says which, and else it is [`Backend::Auto`].
+    #[must_use]
+    pub fn backend(mut self, backend: Backend) -> Self {
+        self.backend = Some(backend);
         self
     }
 }
@@ -127,7 +136,9 @@ impl TileReader {
     pub async fn open(path: impl AsRef<Path>, options: OpenOptions) -> Result<Self, ReadError> {
         let path = path.as_ref();
         let name: Arc<str> = path.display().to_string().into();
-        let file = ThreadsFile::open(path).map_err(|error| ReadError::Io {
+        let backend = options.backend.map_or_else(Backend::from_environment, Ok);
+        let file = backend.and_then(|backend| files::open(path, backend));
+        let file = file.map_err(|error| ReadError::Io {
             file: Arc::clone(&name),
             what: "the file".to_owned(),
             source: Arc::new(error),
@@ -189,6 +200,7 @@ impl TileReader {
         tracing::debug!(
             file = &*name,
             backend = source.backend(),
+            note = source.note(),
             tiles = directory.tiles.len(),
             "opened"
         );
@@ -238,6 +250,12 @@ impl TileReader {
     #[must_use]
     pub fn backend(&self) -> &'static str {
         self.inner.source.backend()
+    }
+
+    /// What a person should know of how the I/O backend was chosen, such as why there is no ring, if anything.
+    #[must_use]
+    pub fn backend_note(&self) -> Option<&str> {
+        self.inner.source.note()
     }
 
     /// The cache in use.
