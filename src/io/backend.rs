@@ -5,6 +5,7 @@ use std::io;
 use std::ops::Range;
 use std::path::Path;
 use std::str::FromStr;
+use std::sync::Once;
 
 use bytes::Bytes;
 use futures::future::BoxFuture;
@@ -84,7 +85,8 @@ pub fn open(path: &Path, backend: Backend) -> io::Result<Box<dyn ReadAt>> {
             Err(io::Error::new(error.kind(), message))
         }
         Err(error) => {
-            tracing::warn!(%error, "the system refuses an io_uring; threads do the I/O");
+            static TOLD: Once = Once::new();
+            TOLD.call_once(|| tracing::warn!(%error, "the system refuses an io_uring; threads do the I/O"));
             Ok(Box::new(FallenBack {
                 file: ThreadsFile::open(path)?,
                 note: format!("the system refuses an io_uring: {error}"),

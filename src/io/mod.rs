@@ -11,6 +11,8 @@ mod buffers;
 #[cfg(test)]
 mod conformance;
 mod memory;
+#[cfg(feature = "object-store")]
+mod object;
 mod pool;
 mod threads;
 #[cfg(target_os = "linux")]
@@ -27,6 +29,8 @@ use futures::future::{BoxFuture, FutureExt, try_join_all};
 pub use backend::{BACKEND_VARIABLE, Backend, UnknownBackend, open};
 pub(crate) use buffers::Buffers;
 pub use memory::MemoryFile;
+#[cfg(feature = "object-store")]
+pub use object::ObjectFile;
 pub use threads::ThreadsFile;
 #[cfg(target_os = "linux")]
 pub use uring::UringFile;

@@ -146,6 +146,21 @@ impl TileReader {
         Self::open_source(file, &name, options).await
     }
 
+    /// Opens a file on a web server or in an object store: `http://…`, `https://…` or `s3://bucket/…`; see
+    /// [`ObjectFile::open`](crate::io::ObjectFile::open).
+    ///
+    /// # Errors
+    /// As [`open`](Self::open), and what the server says.
+    #[cfg(feature = "object-store")]
+    pub async fn open_url(url: &str, options: OpenOptions) -> Result<Self, ReadError> {
+        let file = files::ObjectFile::open(url).await.map_err(|error| ReadError::Io {
+            file: url.into(),
+            what: "the file".to_owned(),
+            source: Arc::new(error),
+        })?;
+        Self::open_source(file, url, options).await
+    }
+
     /// Opens a file on any backend; `name` stands in errors.
     ///
     /// # Errors

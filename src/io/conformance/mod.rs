@@ -14,10 +14,7 @@ use super::{MemoryFile, ReadAt, ThreadsFile, WriteAt};
 
 /// A backend under test, and a folder for its files.
 trait Subject: Default {
-    type File: ReadAt + WriteAt + Clone + 'static;
-
-    /// A new, empty file, to write and read.
-    fn create(&self) -> Self::File;
+    type File: ReadAt + Clone + 'static;
 
     /// A file with these bytes, opened to read it.
     fn holding(&self, bytes: &[u8]) -> Self::File;
@@ -26,6 +23,12 @@ trait Subject: Default {
     fn path(&self) -> Option<PathBuf> {
         None
     }
+}
+
+/// A backend that writes.
+trait Writing: Subject<File: WriteAt> {
+    /// A new, empty file, to write and read.
+    fn create(&self) -> Self::File;
 }
 
 /// Bytes that are different everywhere.
@@ -47,12 +50,14 @@ struct Memory;
 impl Subject for Memory {
     type File = MemoryFile;
 
-    fn create(&self) -> MemoryFile {
-        MemoryFile::default()
-    }
-
     fn holding(&self, bytes: &[u8]) -> MemoryFile {
         MemoryFile::new(bytes.to_vec())
+    }
+}
+
+impl Writing for Memory {
+    fn create(&self) -> MemoryFile {
+        MemoryFile::default()
     }
 }
 
@@ -88,16 +93,18 @@ struct Threads(Folder);
 impl Subject for Threads {
     type File = ThreadsFile;
 
-    fn create(&self) -> ThreadsFile {
-        ThreadsFile::create(&self.0.file()).unwrap()
-    }
-
     fn holding(&self, bytes: &[u8]) -> ThreadsFile {
         ThreadsFile::open(&self.0.with(bytes)).unwrap()
     }
 
     fn path(&self) -> Option<PathBuf> {
         Some(self.0.file())
+    }
+}
+
+impl Writing for Threads {
+    fn create(&self) -> ThreadsFile {
+        ThreadsFile::create(&self.0.file()).unwrap()
     }
 }
 
@@ -109,10 +116,6 @@ struct Uring(Folder);
 impl Subject for Uring {
     type File = super::UringFile;
 
-    fn create(&self) -> super::UringFile {
-        super::UringFile::create(&self.0.file()).unwrap()
-    }
-
     fn holding(&self, bytes: &[u8]) -> super::UringFile {
         super::UringFile::open(&self.0.with(bytes)).unwrap()
     }
@@ -122,43 +125,108 @@ impl Subject for Uring {
     }
 }
 
-/// The suite for a backend, unless the system has none.
-macro_rules! promises {
-    ($name:ident, $subject:ty, if $available:expr) => {
-        mod $name {
-            use super::*;
+#[cfg(target_os = "linux")]
+impl Writing for Uring {
+    fn create(&self) -> super::UringFile {
+        super::UringFile::create(&self.0.file()).unwrap()
+    }
+}
 
-            promises!($subject, $available, reads: ranges_are_read_exactly);
-            promises!($subject, $available, reads: no_bytes_are_there_wherever_they_are_asked_for);
-            promises!($subject, $available, reads: what_is_not_there_takes_no_memory);
-            promises!($subject, $available, reads: long_ranges_are_read_whole);
-            promises!($subject, $available, reads: answers_come_in_the_order_of_the_ranges);
-            promises!($subject, $available, reads: a_short_file_is_read_to_its_last_byte);
-            promises!($subject, $available, writes: files_grow_as_they_are_written);
-            promises!($subject, $available, writes: gaps_read_as_zeros);
-            promises!($subject, $available, writes: impossible_places_are_errors);
-            promises!($subject, $available, writes: many_writers_at_once);
-            promises!($subject, $available, writes: a_dropped_write_is_done_all_the_same);
-            promises!($subject, $available, shared: thousands_of_reads_at_once);
-            promises!($subject, $available, shared: dropped_reads_disturb_no_others);
-            promises!($subject, $available, shared: runtimes_come_and_go);
-            promises!($subject, $available, shared: bytes_outlive_their_file);
-            promises!($subject, $available, shared: an_open_file_stays_what_it_was);
-        }
-    };
-    ($subject:ty, $available:expr, $part:ident: $promise:ident) => {
-        #[test]
+/// Objects in memory, as of any store.
+#[cfg(feature = "object-store")]
+#[derive(Default)]
+struct Object;
+
+#[cfg(feature = "object-store")]
+impl Subject for Object {
+    type File = super::ObjectFile;
+
+    fn holding(&self, bytes: &[u8]) -> super::ObjectFile {
+        use std::sync::Arc;
+
+        use object_store::memory::InMemory;
+        use object_store::{ObjectStore, ObjectStoreExt};
+
+        let store: Arc<dyn ObjectStore> = Arc::new(InMemory::new());
+        wait(store.put(&"file".into(), bytes.to_vec().into())).unwrap();
+        wait(super::ObjectFile::open_in(store, "file")).unwrap()
+    }
+}
+
+/// A test for each promise, unless the system has no such backend.
+macro_rules! promises {
+    ($subject:ty, if $available:expr, $($part:ident: $promise:ident,)*) => {
+        $(#[test]
         fn $promise() {
             if $available {
                 $part::$promise(&<$subject>::default());
             } else {
                 eprintln!("skipped: this system refuses the backend");
             }
+        })*
+    };
+}
+
+/// The suite for a backend that reads.
+macro_rules! reading {
+    ($subject:ty, if $available:expr) => {
+        promises! {
+            $subject, if $available,
+            reads: ranges_are_read_exactly,
+            reads: no_bytes_are_there_wherever_they_are_asked_for,
+            reads: what_is_not_there_takes_no_memory,
+            reads: long_ranges_are_read_whole,
+            reads: answers_come_in_the_order_of_the_ranges,
+            reads: a_short_file_is_read_to_its_last_byte,
+            shared: thousands_of_reads_at_once,
+            shared: dropped_reads_disturb_no_others,
+            shared: runtimes_come_and_go,
+            shared: bytes_outlive_their_file,
+            shared: an_open_file_stays_what_it_was,
         }
     };
 }
 
-promises!(memory, Memory, if true);
-promises!(threads, Threads, if true);
+/// The suite for a backend that writes.
+macro_rules! writing {
+    ($subject:ty, if $available:expr) => {
+        promises! {
+            $subject, if $available,
+            writes: files_grow_as_they_are_written,
+            writes: gaps_read_as_zeros,
+            writes: impossible_places_are_errors,
+            writes: many_writers_at_once,
+            writes: a_dropped_write_is_done_all_the_same,
+        }
+    };
+}
+
+mod memory {
+    use super::*;
+
+    reading!(Memory, if true);
+    writing!(Memory, if true);
+}
+
+mod threads {
+    use super::*;
+
+    reading!(Threads, if true);
+    writing!(Threads, if true);
+}
+
 #[cfg(target_os = "linux")]
-promises!(uring, Uring, if crate::io::uring::Ring::shared().is_ok());
+mod uring {
+    use super::*;
+    use crate::io::uring::Ring;
+
+    reading!(Uring, if Ring::shared().is_ok());
+    writing!(Uring, if Ring::shared().is_ok());
+}
+
+#[cfg(feature = "object-store")]
+mod object {
+    use super::*;
+
+    reading!(Object, if true);
+}

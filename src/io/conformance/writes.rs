@@ -3,10 +3,10 @@
 use bytes::Bytes;
 use futures::future::{FutureExt, try_join_all};
 
-use super::{Subject, pattern, wait};
+use super::{Writing, pattern, wait};
 use crate::io::{ReadAt, WriteAt};
 
-pub(super) fn files_grow_as_they_are_written(subject: &impl Subject) {
+pub(super) fn files_grow_as_they_are_written(subject: &impl Writing) {
     let file = subject.create();
     assert!(wait(file.read_at(0..1)).is_err());
     let bytes = pattern(3_000_000);
@@ -28,7 +28,7 @@ pub(super) fn files_grow_as_they_are_written(subject: &impl Subject) {
     assert!(read[..100] == bytes[..100] && read[100..150] == [0; 50] && read[150..] == bytes[150..end]);
 }
 
-pub(super) fn gaps_read_as_zeros(subject: &impl Subject) {
+pub(super) fn gaps_read_as_zeros(subject: &impl Writing) {
     let file = subject.create();
     wait(file.write_at(10_000, Bytes::from_static(b"end"))).unwrap();
     wait(file.write_at(20_000, Bytes::new())).unwrap();
@@ -38,7 +38,7 @@ pub(super) fn gaps_read_as_zeros(subject: &impl Subject) {
     assert!(wait(file.read_at(0..10_004)).is_err(), "no bytes make no file longer");
 }
 
-pub(super) fn impossible_places_are_errors(subject: &impl Subject) {
+pub(super) fn impossible_places_are_errors(subject: &impl Writing) {
     let file = subject.create();
     wait(file.write_at(0, Bytes::from_static(b"abc"))).unwrap();
     for offset in [(1 << 63) - 2, (1 << 63) - 1, 1 << 63, u64::MAX - 1, u64::MAX] {
@@ -51,7 +51,7 @@ pub(super) fn impossible_places_are_errors(subject: &impl Subject) {
     assert!(wait(file.read_at(0..4)).is_err());
 }
 
-pub(super) fn many_writers_at_once(subject: &impl Subject) {
+pub(super) fn many_writers_at_once(subject: &impl Writing) {
     const PIECE: usize = 3001;
     let file = subject.create();
     let bytes = Bytes::from(pattern(400 * PIECE));
@@ -61,7 +61,7 @@ pub(super) fn many_writers_at_once(subject: &impl Subject) {
     assert!(wait(file.read_at(0..bytes.len() as u64)).unwrap() == bytes);
 }
 
-pub(super) fn a_dropped_write_is_done_all_the_same(subject: &impl Subject) {
+pub(super) fn a_dropped_write_is_done_all_the_same(subject: &impl Writing) {
     let file = subject.create();
     let bytes = Bytes::from(pattern(1 << 20));
     // Asked once whether they are done, or never.

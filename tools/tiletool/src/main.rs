@@ -1,6 +1,7 @@
 //! The command line of delaunay-tiles: one file per command.
 
 mod against;
+mod bench;
 mod build;
 mod common;
 mod digest;
@@ -41,6 +42,7 @@ enum Command {
     Digest(digest::DigestArgs),
     Export(export::ExportArgs),
     Generate(generate::GenerateArgs),
+    Bench(bench::BenchArgs),
 }
 
 fn main() -> ExitCode {
@@ -51,6 +53,7 @@ fn main() -> ExitCode {
         Command::Digest(args) => digest::run(args),
         Command::Export(args) => export::run(args),
         Command::Generate(args) => generate::run(args),
+        Command::Bench(args) => bench::run(args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
