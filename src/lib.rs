@@ -69,7 +69,7 @@
 //! # Features
 //!
 //! `spade` (default): a second in-core engine. `text`, `geojson`, `las`: readers. The readers of raw f64 and of Triangle's
-//! `.node` and `.poly` files are always there.
+//! `.node` and `.poly` files are always there. `object-store`: tile files on web servers and in S3.
 
 pub mod build;
 pub mod export;

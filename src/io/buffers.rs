@@ -5,6 +5,7 @@
 //! So with tiles that are written.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 use std::sync::Arc;
 
 use bytes::Bytes;
@@ -14,6 +15,9 @@ use parking_lot::Mutex;
 const SMALL: usize = 256 << 10;
 /// The most buffers that are kept, if nothing else is said.
 const KEPT: usize = 4;
+/// What reads past the page cache ask of memory and offsets, at most, in bytes.
+#[cfg(target_os = "linux")]
+pub(super) const ALIGNMENT: usize = 4096;
 
 /// Buffers that nobody uses just now, the oldest first. Clones share them.
 #[derive(Clone, Debug)]
@@ -42,9 +46,19 @@ impl Buffers {
         let found = self.find(length);
         Buffer {
             bytes: found.unwrap_or_else(|| vec![0; rounded(length)]),
-            length,
+            part: 0..length,
             owner: self.clone(),
         }
+    }
+
+    /// Bytes, whatever they are, of which so many from the place on that comes with them are aligned to [`ALIGNMENT`] in
+    /// memory. For [`freeze_part`](Self::freeze_part) to take back.
+    #[cfg(target_os = "linux")]
+    pub(super) fn aligned(&self, length: usize) -> (Vec<u8>, usize) {
+        let with_slack = length + ALIGNMENT;
+        let bytes = self.find(with_slack).unwrap_or_else(|| vec![0; rounded(with_slack)]);
+        let address = bytes.as_ptr().addr();
+        (bytes, address.next_multiple_of(ALIGNMENT) - address)
     }
 
     /// At least so many bytes, all 0, for [`freeze`](Self::freeze) to take back.
@@ -60,12 +74,19 @@ impl Buffers {
 
     /// Bytes for others to read; they are kept for another buffer when the last of these drops its part.
     pub(crate) fn freeze(&self, bytes: Vec<u8>) -> Bytes {
-        let buffer = Buffer {
-            length: bytes.len(),
-            bytes,
-            owner: self.clone(),
-        };
-        buffer.freeze()
+        let part = 0..bytes.len();
+        self.freeze_part(bytes, part)
+    }
+
+    /// As [`freeze`](Self::freeze), but others read only a part of them, which must lie within.
+    pub(super) fn freeze_part(&self, bytes: Vec<u8>, part: Range<usize>) -> Bytes {
+        assert!(
+            part.start <= part.end && part.end <= bytes.len(),
+            "a part of {} bytes",
+            bytes.len()
+        );
+        let owner = self.clone();
+        Buffer { bytes, part, owner }.freeze()
     }
 
     /// Gives back what is kept.
@@ -106,14 +127,15 @@ fn rounded(length: usize) -> usize {
 #[derive(Debug)]
 pub(super) struct Buffer {
     bytes: Vec<u8>,
-    length: usize,
+    /// What is to be read into, or was.
+    part: Range<usize>,
     owner: Buffers,
 }
 
 impl Buffer {
     /// The bytes, to read into.
     pub(super) fn as_mut(&mut self) -> &mut [u8] {
-        &mut self.bytes[..self.length]
+        &mut self.bytes[self.part.clone()]
     }
 
     /// The bytes for others to read, until the last of them drops its part.
@@ -124,7 +146,7 @@ impl Buffer {
 
 impl AsRef<[u8]> for Buffer {
     fn as_ref(&self) -> &[u8] {
-        &self.bytes[..self.length]
+        &self.bytes[self.part.clone()]
     }
 }
 
@@ -159,6 +181,18 @@ mod tests {
         assert!([&a, &b].iter().any(|buffer| buffer.bytes.as_ptr() == place));
         assert_eq!(a.freeze().len(), SMALL + 300);
         assert_eq!(buffers.take(10).freeze(), [0; 10][..]);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn aligned_buffers_come_back_too() {
+        let buffers = Buffers::default();
+        let (mut bytes, start) = buffers.aligned(SMALL);
+        assert!(bytes[start..].as_ptr().addr().is_multiple_of(ALIGNMENT) && start + SMALL <= bytes.len());
+        bytes[start + 5] = 9;
+        let place = bytes.as_ptr();
+        assert_eq!(buffers.freeze_part(bytes, start + 5..start + 6), [9][..]);
+        assert_eq!(buffers.aligned(SMALL).0.as_ptr(), place);
     }
 
     #[test]

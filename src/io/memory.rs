@@ -8,7 +8,7 @@ use bytes::Bytes;
 use futures::future::{BoxFuture, FutureExt, ready};
 use parking_lot::RwLock;
 
-use super::{ReadAt, WriteAt};
+use super::{ReadAt, WriteAt, end_of, length_of};
 
 /// Bytes in memory. Clones share them.
 #[derive(Clone, Debug, Default)]
@@ -30,6 +30,20 @@ impl MemoryFile {
     pub fn to_vec(&self) -> Vec<u8> {
         self.bytes.read().clone()
     }
+
+    fn write(&self, offset: u64, data: &[u8]) -> io::Result<()> {
+        let end = usize::try_from(end_of(offset, data.len())?).map_err(|_| io::ErrorKind::OutOfMemory)?;
+        let mut bytes = self.bytes.write();
+        if data.is_empty() {
+            return Ok(());
+        }
+        if let Some(more) = end.checked_sub(bytes.len()) {
+            bytes.try_reserve(more).map_err(|_| io::ErrorKind::OutOfMemory)?;
+            bytes.resize(end, 0);
+        }
+        bytes[end - data.len()..end].copy_from_slice(data);
+        Ok(())
+    }
 }
 
 impl ReadAt for MemoryFile {
@@ -42,6 +56,11 @@ impl ReadAt for MemoryFile {
     }
 
     fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>> {
+        match length_of(&range) {
+            Ok(0) => return ready(Ok(Bytes::new())).boxed(),
+            Ok(_) => (),
+            Err(error) => return ready(Err(error)).boxed(),
+        }
         let bytes = self.bytes.read();
         let part = usize::try_from(range.start)
             .ok()
@@ -56,14 +75,7 @@ impl ReadAt for MemoryFile {
 
 impl WriteAt for MemoryFile {
     fn write_at(&self, offset: u64, data: Bytes) -> BoxFuture<'static, io::Result<()>> {
-        let mut bytes = self.bytes.write();
-        let start = offset as usize;
-        let end = start + data.len();
-        if bytes.len() < end {
-            bytes.resize(end, 0);
-        }
-        bytes[start..end].copy_from_slice(&data);
-        ready(Ok(())).boxed()
+        ready(self.write(offset, &data)).boxed()
     }
 
     fn sync(&self) -> BoxFuture<'static, io::Result<()>> {

@@ -1,14 +1,24 @@
 //! Positional reads and writes: the traits, and their backends. Knows bytes, not tiles.
 //!
 //! The contract of both traits: offsets are 64 bits wide; a read gives all the bytes it was asked for or an error, never
-//! fewer; a write that succeeded is seen by every later read of the same process, and is on the medium once
-//! [`WriteAt::sync`] succeeded. Dropping a future gives up on the answer, not on the operation.
+//! fewer, and takes no memory for what is not there; no bytes are there wherever they are asked for; a write that succeeded is
+//! seen by every later read of the same process, and is on the medium once [`WriteAt::sync`] succeeded. Dropping a future gives
+//! up on the answer, not on the operation. Futures may be awaited in any runtime, or without one. One test suite holds all
+//! backends to this (`conformance`).
 
+mod backend;
 mod buffers;
+#[cfg(test)]
+mod conformance;
 mod memory;
+#[cfg(feature = "object-store")]
+mod object;
 mod pool;
 mod threads;
+#[cfg(target_os = "linux")]
+mod uring;
 
+use std::fs::File;
 use std::io;
 use std::ops::Range;
 use std::sync::Arc;
@@ -16,9 +26,14 @@ use std::sync::Arc;
 use bytes::Bytes;
 use futures::future::{BoxFuture, FutureExt, try_join_all};
 
+pub use backend::{BACKEND_VARIABLE, Backend, UnknownBackend, open};
 pub(crate) use buffers::Buffers;
 pub use memory::MemoryFile;
+#[cfg(feature = "object-store")]
+pub use object::ObjectFile;
 pub use threads::ThreadsFile;
+#[cfg(target_os = "linux")]
+pub use uring::UringFile;
 
 /// A file that is read by byte range, from any thread.
 pub trait ReadAt: Send + Sync {
@@ -27,6 +42,11 @@ pub trait ReadAt: Send + Sync {
 
     /// The name of the backend.
     fn backend(&self) -> &'static str;
+
+    /// What a person should know of how this backend was chosen or works, if anything.
+    fn note(&self) -> Option<&str> {
+        None
+    }
 
     /// Reads exactly the bytes of `range`. Beyond the end it is [`io::ErrorKind::UnexpectedEof`].
     fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>>;
@@ -58,6 +78,10 @@ impl<T: ReadAt + ?Sized> ReadAt for Arc<T> {
         (**self).backend()
     }
 
+    fn note(&self) -> Option<&str> {
+        (**self).note()
+    }
+
     fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>> {
         (**self).read_at(range)
     }
@@ -68,5 +92,60 @@ impl<T: ReadAt + ?Sized> ReadAt for Arc<T> {
 
     fn rest(&self) {
         (**self).rest();
+    }
+}
+
+impl<T: ReadAt + ?Sized> ReadAt for Box<T> {
+    fn length(&self) -> u64 {
+        (**self).length()
+    }
+
+    fn backend(&self) -> &'static str {
+        (**self).backend()
+    }
+
+    fn note(&self) -> Option<&str> {
+        (**self).note()
+    }
+
+    fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>> {
+        (**self).read_at(range)
+    }
+
+    fn read_many(&self, ranges: &[Range<u64>]) -> BoxFuture<'static, io::Result<Vec<Bytes>>> {
+        (**self).read_many(ranges)
+    }
+
+    fn rest(&self) {
+        (**self).rest();
+    }
+}
+
+/// How many bytes a range is.
+fn length_of(range: &Range<u64>) -> io::Result<usize> {
+    let length = range.end.checked_sub(range.start).map(usize::try_from);
+    match length {
+        Some(Ok(length)) => Ok(length),
+        _ => Err(io::Error::new(
+            io::ErrorKind::InvalidInput,
+            format!("a range of bytes {range:?}"),
+        )),
+    }
+}
+
+/// Where so many bytes end that are written at `offset`.
+fn end_of(offset: u64, length: usize) -> io::Result<u64> {
+    let end = offset
+        .checked_add(length as u64)
+        .filter(|&end| i64::try_from(end).is_ok());
+    end.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, format!("{length} bytes at byte {offset}")))
+}
+
+/// Fails if a file that had so many bytes once ends before the range does.
+fn check_within(range: &Range<u64>, length: u64, file: &File) -> io::Result<()> {
+    if range.end <= length || range.end <= file.metadata()?.len() {
+        Ok(())
+    } else {
+        Err(io::ErrorKind::UnexpectedEof.into())
     }
 }

@@ -11,7 +11,7 @@ use bytes::Bytes;
 use futures::future::BoxFuture;
 
 use super::buffers::Buffers;
-use super::{ReadAt, WriteAt, pool};
+use super::{ReadAt, WriteAt, check_within, end_of, length_of, pool};
 
 /// A file on disk. Clones share it.
 #[derive(Clone, Debug)]
@@ -97,9 +97,12 @@ impl ReadAt for ThreadsFile {
     }
 
     fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>> {
-        let (file, buffers) = (Arc::clone(&self.file), self.buffers.clone());
+        let (file, buffers, known) = (Arc::clone(&self.file), self.buffers.clone(), self.length);
         pool::run(move || {
-            let length = usize::try_from(range.end.saturating_sub(range.start)).map_err(io::Error::other)?;
+            let length = length_of(&range)?;
+            if length > 0 {
+                check_within(&range, known, &file)?;
+            }
             let mut buffer = buffers.take(length);
             file.read_exact_at(buffer.as_mut(), range.start)?;
             Ok(buffer.freeze())
@@ -114,7 +117,10 @@ impl ReadAt for ThreadsFile {
 impl WriteAt for ThreadsFile {
     fn write_at(&self, offset: u64, data: Bytes) -> BoxFuture<'static, io::Result<()>> {
         let file = Arc::clone(&self.file);
-        pool::run(move || file.write_all_at(&data, offset))
+        pool::run(move || {
+            end_of(offset, data.len())?;
+            file.write_all_at(&data, offset)
+        })
     }
 
     fn sync(&self) -> BoxFuture<'static, io::Result<()>> {

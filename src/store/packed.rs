@@ -3,6 +3,8 @@
 //! Layout: `width` bytes each, little-endian, then 8 − width bytes of padding, so that reading one is a load of eight
 //! bytes and a mask.
 
+use std::ops::Range;
+
 use bytes::Bytes;
 use flatbuffers::{FlatBufferBuilder, WIPOffset};
 
@@ -60,8 +62,39 @@ impl Packed {
         u64::from_le_bytes(word) & self.mask
     }
 
+    /// A value within a range, if there is any; and if there is none, that is found in no more time than reading takes.
+    pub(crate) fn find_within(&self, range: Range<u64>) -> Option<u64> {
+        // Without an early end, and each width by itself, so that many values are compared at once.
+        let bytes = &self.data[..self.len * self.width];
+        let found = match self.width {
+            1 => any_within(bytes, &range, |[a]: [u8; 1]| a),
+            2 => any_within(bytes, &range, u16::from_le_bytes),
+            3 => any_within(bytes, &range, |[a, b, c]| u32::from_le_bytes([a, b, c, 0])),
+            4 => any_within(bytes, &range, u32::from_le_bytes),
+            _ => true,
+        };
+        found.then(|| self.iter().find(|value| range.contains(value))).flatten()
+    }
+
     pub(crate) fn iter(&self) -> impl ExactSizeIterator<Item = u64> + Clone {
         (0..self.len).map(|i| self.get(i))
+    }
+}
+
+/// Whether any value of so many bytes each is within a range.
+fn any_within<const WIDTH: usize, T: Copy + PartialOrd + TryFrom<u64>>(
+    bytes: &[u8],
+    range: &Range<u64>,
+    read: impl Fn([u8; WIDTH]) -> T,
+) -> bool {
+    // What no value can reach is in no range.
+    let (Ok(first), false) = (T::try_from(range.start), range.is_empty()) else {
+        return false;
+    };
+    let values = bytes.as_chunks().0.iter().map(|&value| read(value));
+    match T::try_from(range.end) {
+        Ok(end) => values.fold(false, |found, value| found | ((value >= first) & (value < end))),
+        Err(_) => values.fold(false, |found, value| found | (value >= first)),
     }
 }
 
@@ -150,6 +183,22 @@ mod tests {
             };
             assert_eq!(packed.iter().collect::<Vec<_>>(), values.map(marked), "{largest}");
             assert!(packed.largest() - 1 > largest || largest > 1 << 56);
+            let ends = [
+                0,
+                1,
+                200,
+                256,
+                60_000,
+                1 << 20,
+                1 << 33,
+                packed.largest() - 1,
+                packed.largest(),
+                u64::MAX,
+            ];
+            for range in ends.iter().flat_map(|&start| ends.map(|end| start..end)) {
+                let within = packed.iter().find(|value| range.contains(value));
+                assert_eq!(packed.find_within(range.clone()), within, "{largest} {range:?}");
+            }
         }
     }
 

@@ -9,7 +9,7 @@ use bytes::Bytes;
 use super::cache::TileKey;
 use super::superblock::{FIRST_EXTENT, InForce, Superblock};
 use super::{Cache, Directory, Extent, FileId, PinnedTile, Tile, TileEntry, TileId};
-use crate::io::{ReadAt, ThreadsFile};
+use crate::io::{self as files, Backend, ReadAt};
 
 /// Bytes of the cache that a reader makes for itself, if it may use eight times as much memory.
 const DEFAULT_CACHE: u64 = 64 << 20;
@@ -81,6 +81,7 @@ pub enum ReadError {
 pub struct OpenOptions {
     cache: Option<Cache>,
     memory: Option<u64>,
+    backend: Option<Backend>,
 }
 
 impl OpenOptions {
@@ -101,6 +102,14 @@ impl OpenOptions {
     #[must_use]
     pub fn memory(mut self, bytes: u64) -> Self {
         self.memory = Some(bytes);
+        self
+    }
+
+    /// Reads files on disk by this backend. Without it, the environment variable
+    /// [`DELAUNAY_TILES_IO`](crate::io::BACKEND_VARIABLE) says which, and else it is [`Backend::Auto`].
+    #[must_use]
+    pub fn backend(mut self, backend: Backend) -> Self {
+        self.backend = Some(backend);
         self
     }
 }
@@ -128,12 +137,29 @@ impl TileReader {
     pub async fn open(path: impl AsRef<Path>, options: OpenOptions) -> Result<Self, ReadError> {
         let path = path.as_ref();
         let name: Arc<str> = path.display().to_string().into();
-        let file = ThreadsFile::open(path).map_err(|error| ReadError::Io {
+        let backend = options.backend.map_or_else(Backend::from_environment, Ok);
+        let file = backend.and_then(|backend| files::open(path, backend));
+        let file = file.map_err(|error| ReadError::Io {
             file: Arc::clone(&name),
             what: "the file".to_owned(),
             source: Arc::new(error),
         })?;
         Self::open_source(file, &name, options).await
+    }
+
+    /// Opens a file on a web server or in an object store: `http://…`, `https://…` or `s3://bucket/…`; see
+    /// [`ObjectFile::open`](crate::io::ObjectFile::open).
+    ///
+    /// # Errors
+    /// As [`open`](Self::open), and what the server says.
+    #[cfg(feature = "object-store")]
+    pub async fn open_url(url: &str, options: OpenOptions) -> Result<Self, ReadError> {
+        let file = files::ObjectFile::open(url).await.map_err(|error| ReadError::Io {
+            file: url.into(),
+            what: "the file".to_owned(),
+            source: Arc::new(error),
+        })?;
+        Self::open_source(file, url, options).await
     }
 
     /// Opens a file on any backend; `name` stands in errors.
@@ -191,6 +217,7 @@ impl TileReader {
         tracing::debug!(
             file = &*name,
             backend = source.backend(),
+            note = source.note(),
             tiles = directory.tiles.len(),
             "opened"
         );
@@ -245,6 +272,12 @@ impl TileReader {
     /// The superblock in force, when the file was opened.
     pub(crate) fn in_force(&self) -> &InForce {
         &self.inner.in_force
+    }
+
+    /// What a person should know of how the I/O backend was chosen, such as why there is no ring, if anything.
+    #[must_use]
+    pub fn backend_note(&self) -> Option<&str> {
+        self.inner.source.note()
     }
 
     /// The cache in use.

@@ -1,6 +1,7 @@
 //! What several tests share: points of every distribution, builds in a scratch folder, the in-core reference.
 #![allow(dead_code, reason = "each test uses its part")]
 
+pub mod faults;
 pub mod flat;
 pub mod oracle;
 pub mod places;

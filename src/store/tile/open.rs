@@ -10,7 +10,8 @@ use super::super::packed::Packed;
 use super::regions::Regions;
 use super::sides::{SideBits, Sources};
 use super::sites::Sites;
-use super::{Tile, TileEntry, TileId};
+use super::{FOREIGN, Tile, TileEntry, TileId};
+use crate::geometry::Point;
 
 impl Tile {
     /// Checks the bytes of a tile against its entry, and every index in them; an error says what is wrong.
@@ -96,7 +97,7 @@ impl Tile {
             } else {
                 values.largest() - (marks - 1)
             };
-            match values.iter().find(|&v| v >= limit && v < first_mark) {
+            match values.find_within(limit..first_mark) {
                 Some(value) => Err(format!("{what} {value} is beyond {limit}")),
                 None => Ok(()),
             }
@@ -121,17 +122,38 @@ impl Tile {
                 return Err(format!("a {what} is out of range or out of order"));
             }
         }
-        if self.records.iter().any(|r| self.first_record.checked_add(r).is_none()) {
+        let overflows = |record: u64| self.first_record.checked_add(record).is_none();
+        if overflows(self.records.largest()) && self.records.iter().any(overflows) {
             return Err("a record number exceeds 64 bits".to_owned());
         }
-        let points = (0..corners as usize).map(|corner| self.corner_point(corner));
-        let negative_zero = |v: f64| v == 0.0 && v.is_sign_negative();
-        match points
-            .zip(0..)
-            .find(|(p, _)| !p.is_valid() || negative_zero(p.x) || negative_zero(p.y))
-        {
+        self.check_points()
+    }
+
+    /// Checks that coordinates are valid.
+    fn check_points(&self) -> Result<(), String> {
+        // Without an early end, so that many are compared at once.
+        let all = |bytes: &[u8]| {
+            bytes
+                .as_chunks()
+                .0
+                .iter()
+                .fold(true, |all, &v| all & is_stored(f64::from_le_bytes(v)))
+        };
+        if all(&self.coordinates) && self.foreign.chunks_exact(FOREIGN).all(|vertex| all(&vertex[..16])) {
+            return Ok(());
+        }
+        let points = (0..self.records.len() + self.foreign_count()).map(|corner| self.corner_point(corner));
+        match points.zip(0..).find(|(p, _)| !is_stored(p.x) || !is_stored(p.y)) {
             Some((p, corner)) => Err(format!("corner {corner} is at ({}, {})", p.x, p.y)),
             None => Ok(()),
         }
     }
+}
+
+/// Whether files may hold a coordinate: it is valid, and no negative zero.
+fn is_stored(coordinate: f64) -> bool {
+    // Numbers that are positive are in the order of their bits.
+    let (bits, magnitude) = (coordinate.to_bits(), coordinate.abs().to_bits());
+    let [least, most] = [Point::MIN_MAGNITUDE, Point::MAX_MAGNITUDE].map(f64::to_bits);
+    (bits == 0) | ((magnitude >= least) & (magnitude <= most))
 }

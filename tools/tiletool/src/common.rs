@@ -40,13 +40,31 @@ impl MemoryArgs {
     /// Opens a tile file for a command that needs so many bytes of this memory for other things.
     pub async fn open_beside(self, path: &Path, others: u64) -> anyhow::Result<TileReader> {
         let memory = self.bytes().saturating_sub(others);
-        Ok(TileReader::open(path, OpenOptions::default().memory(memory)).await?)
+        open(path, OpenOptions::default().memory(memory)).await
     }
 
     /// How many bytes it is.
     pub fn bytes(self) -> u64 {
         self.memory.map_or_else(default_memory, |memory| memory.as_u64())
     }
+}
+
+/// Opens a tile file, which may lie on a web server or in an object store.
+pub async fn open(path: &Path, options: OpenOptions) -> anyhow::Result<TileReader> {
+    match path.to_str().filter(|path| path.contains("://")) {
+        Some(url) => open_url(url, options).await,
+        None => Ok(TileReader::open(path, options).await?),
+    }
+}
+
+#[cfg(feature = "object-store")]
+async fn open_url(url: &str, options: OpenOptions) -> anyhow::Result<TileReader> {
+    Ok(TileReader::open_url(url, options).await?)
+}
+
+#[cfg(not(feature = "object-store"))]
+async fn open_url(url: &str, _: OpenOptions) -> anyhow::Result<TileReader> {
+    anyhow::bail!("{url}: this tiletool reads files only; build it with `--features object-store`")
 }
 
 /// Prints an object as JSON, on one line.

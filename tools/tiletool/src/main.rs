@@ -1,6 +1,7 @@
 //! The command line of delaunay-tiles: one file per command.
 
 mod against;
+mod bench;
 mod build;
 mod common;
 mod compact;
@@ -48,6 +49,7 @@ enum Command {
     Export(export::ExportArgs),
     Generate(generate::GenerateArgs),
     Query(query::QueryArgs),
+    Bench(bench::BenchArgs),
 }
 
 fn main() -> ExitCode {
@@ -61,6 +63,7 @@ fn main() -> ExitCode {
         Command::Export(args) => export::run(args),
         Command::Generate(args) => generate::run(args),
         Command::Query(args) => query::run(args),
+        Command::Bench(args) => bench::run(args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

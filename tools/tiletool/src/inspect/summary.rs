@@ -25,6 +25,7 @@ pub struct Summary {
     generation: u64,
     producer: String,
     backend: &'static str,
+    backend_note: Option<String>,
     crs: Option<String>,
     sources: Vec<Source>,
     points: u64,
@@ -144,6 +145,7 @@ impl Summary {
             generation: reader.generation(),
             producer: m.producer.clone(),
             backend: reader.backend(),
+            backend_note: reader.backend_note().map(str::to_owned),
             crs: m.crs.clone(),
             sources: sources.collect(),
             points: m.points,
@@ -207,6 +209,10 @@ impl Summary {
         if self.vertices > 0 {
             size += &format!(", {:.1} per vertex", self.bytes_per_vertex);
         }
+        let read_by = match &self.backend_note {
+            Some(note) => format!("{}: {note}", self.backend),
+            None => self.backend.to_owned(),
+        };
         vec![
             ("size", size),
             ("file id", self.file_id.clone()),
@@ -219,7 +225,7 @@ impl Summary {
                 ),
             ),
             ("written by", printable(&self.producer)),
-            ("read by", self.backend.to_owned()),
+            ("read by", read_by),
         ]
     }
 

@@ -1,0 +1,232 @@
+//! What every backend promises, run for each of them. A backend is added to the end of this file.
+
+mod reads;
+mod shared;
+mod writes;
+
+use std::fs;
+use std::future::Future;
+use std::path::PathBuf;
+
+use tempfile::TempDir;
+
+use super::{MemoryFile, ReadAt, ThreadsFile, WriteAt};
+
+/// A backend under test, and a folder for its files.
+trait Subject: Default {
+    type File: ReadAt + Clone + 'static;
+
+    /// A file with these bytes, opened to read it.
+    fn holding(&self, bytes: &[u8]) -> Self::File;
+
+    /// Where the file lies that [`holding`](Self::holding) made last, if on disk.
+    fn path(&self) -> Option<PathBuf> {
+        None
+    }
+}
+
+/// A backend that writes.
+trait Writing: Subject<File: WriteAt> {
+    /// A new, empty file, to write and read.
+    fn create(&self) -> Self::File;
+}
+
+/// Bytes that are different everywhere.
+fn pattern(length: usize) -> Vec<u8> {
+    let word = |i: usize| (i as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15).to_le_bytes();
+    let mut bytes: Vec<u8> = (0..length.div_ceil(8)).flat_map(word).collect();
+    bytes.truncate(length);
+    bytes
+}
+
+/// Awaits without any runtime.
+fn wait<T>(future: impl Future<Output = T>) -> T {
+    futures::executor::block_on(future)
+}
+
+#[derive(Default)]
+struct Memory;
+
+impl Subject for Memory {
+    type File = MemoryFile;
+
+    fn holding(&self, bytes: &[u8]) -> MemoryFile {
+        MemoryFile::new(bytes.to_vec())
+    }
+}
+
+impl Writing for Memory {
+    fn create(&self) -> MemoryFile {
+        MemoryFile::default()
+    }
+}
+
+/// A folder with the one file of a test.
+struct Folder(TempDir);
+
+impl Default for Folder {
+    fn default() -> Self {
+        // Not in the folder for temporary files, which may be one that lies in memory.
+        let target = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("target");
+        Self(
+            fs::create_dir_all(&target)
+                .and_then(|()| tempfile::tempdir_in(target))
+                .unwrap(),
+        )
+    }
+}
+
+impl Folder {
+    fn file(&self) -> PathBuf {
+        self.0.path().join("file")
+    }
+
+    fn with(&self, bytes: &[u8]) -> PathBuf {
+        fs::write(self.file(), bytes).unwrap();
+        self.file()
+    }
+}
+
+#[derive(Default)]
+struct Threads(Folder);
+
+impl Subject for Threads {
+    type File = ThreadsFile;
+
+    fn holding(&self, bytes: &[u8]) -> ThreadsFile {
+        ThreadsFile::open(&self.0.with(bytes)).unwrap()
+    }
+
+    fn path(&self) -> Option<PathBuf> {
+        Some(self.0.file())
+    }
+}
+
+impl Writing for Threads {
+    fn create(&self) -> ThreadsFile {
+        ThreadsFile::create(&self.0.file()).unwrap()
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[derive(Default)]
+struct Uring(Folder);
+
+#[cfg(target_os = "linux")]
+impl Subject for Uring {
+    type File = super::UringFile;
+
+    fn holding(&self, bytes: &[u8]) -> super::UringFile {
+        super::UringFile::open(&self.0.with(bytes)).unwrap()
+    }
+
+    fn path(&self) -> Option<PathBuf> {
+        Some(self.0.file())
+    }
+}
+
+#[cfg(target_os = "linux")]
+impl Writing for Uring {
+    fn create(&self) -> super::UringFile {
+        super::UringFile::create(&self.0.file()).unwrap()
+    }
+}
+
+/// Objects in memory, as of any store.
+#[cfg(feature = "object-store")]
+#[derive(Default)]
+struct Object;
+
+#[cfg(feature = "object-store")]
+impl Subject for Object {
+    type File = super::ObjectFile;
+
+    fn holding(&self, bytes: &[u8]) -> super::ObjectFile {
+        use std::sync::Arc;
+
+        use object_store::memory::InMemory;
+        use object_store::{ObjectStore, ObjectStoreExt};
+
+        let store: Arc<dyn ObjectStore> = Arc::new(InMemory::new());
+        wait(store.put(&"file".into(), bytes.to_vec().into())).unwrap();
+        wait(super::ObjectFile::open_in(store, "file")).unwrap()
+    }
+}
+
+/// A test for each promise, unless the system has no such backend.
+macro_rules! promises {
+    ($subject:ty, if $available:expr, $($part:ident: $promise:ident,)*) => {
+        $(#[test]
+        fn $promise() {
+            if $available {
+                $part::$promise(&<$subject>::default());
+            } else {
+                eprintln!("skipped: this system refuses the backend");
+            }
+        })*
+    };
+}
+
+/// The suite for a backend that reads.
+macro_rules! reading {
+    ($subject:ty, if $available:expr) => {
+        promises! {
+            $subject, if $available,
+            reads: ranges_are_read_exactly,
+            reads: no_bytes_are_there_wherever_they_are_asked_for,
+            reads: what_is_not_there_takes_no_memory,
+            reads: long_ranges_are_read_whole,
+            reads: answers_come_in_the_order_of_the_ranges,
+            reads: a_short_file_is_read_to_its_last_byte,
+            shared: thousands_of_reads_at_once,
+            shared: dropped_reads_disturb_no_others,
+            shared: runtimes_come_and_go,
+            shared: bytes_outlive_their_file,
+            shared: an_open_file_stays_what_it_was,
+        }
+    };
+}
+
+/// The suite for a backend that writes.
+macro_rules! writing {
+    ($subject:ty, if $available:expr) => {
+        promises! {
+            $subject, if $available,
+            writes: files_grow_as_they_are_written,
+            writes: gaps_read_as_zeros,
+            writes: impossible_places_are_errors,
+            writes: many_writers_at_once,
+            writes: a_dropped_write_is_done_all_the_same,
+        }
+    };
+}
+
+mod memory {
+    use super::*;
+
+    reading!(Memory, if true);
+    writing!(Memory, if true);
+}
+
+mod threads {
+    use super::*;
+
+    reading!(Threads, if true);
+    writing!(Threads, if true);
+}
+
+#[cfg(target_os = "linux")]
+mod uring {
+    use super::*;
+    use crate::io::uring::Ring;
+
+    reading!(Uring, if Ring::shared().is_ok());
+    writing!(Uring, if Ring::shared().is_ok());
+}
+
+#[cfg(feature = "object-store")]
+mod object {
+    use super::*;
+
+    reading!(Object, if true);
+}

@@ -1,0 +1,280 @@
+//! A file in an object store, or on a web server, read by byte range.
+//!
+//! Opening asks for the first bytes, and so learns the length and the version (the ETag); they are kept, since whoever opens a
+//! file reads its beginning. Every request after that is for this version only: an object that changed is an error, and never
+//! a mixture of two. What is read at once and lies close together is one request. Requests run on a thread of their own: the
+//! connections of a client live in the runtime that they were made in.
+
+mod place;
+
+use std::fmt;
+use std::io;
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
+use std::thread;
+
+use bytes::Bytes;
+use futures::StreamExt;
+use futures::future::{BoxFuture, FutureExt, ready};
+use object_store::path::Path;
+use object_store::{
+    Error, GetOptions, GetRange, GetResult, OBJECT_STORE_COALESCE_DEFAULT, ObjectStore, ObjectStoreExt, coalesce_ranges,
+};
+use tokio::runtime::{Builder, Handle};
+
+use super::{ReadAt, length_of};
+
+/// Bytes that are asked for when a file is opened: its superblocks.
+const BEGINNING: u64 = 8192;
+/// What the addresses of FlatBuffers in memory are multiples of, as their offsets are.
+const ALIGNMENT: usize = 8;
+/// Bytes that are made room for before any have come.
+const TRUSTED: usize = 1 << 20;
+
+/// A file in an object store, to read. Clones share it.
+#[derive(Clone)]
+pub struct ObjectFile {
+    object: Arc<Object>,
+    /// The first bytes of the file.
+    beginning: Bytes,
+    note: Option<Arc<str>>,
+}
+
+struct Object {
+    store: Arc<dyn ObjectStore>,
+    path: Path,
+    /// For errors.
+    name: String,
+    length: u64,
+    /// What names the version that was opened, if the store has such.
+    e_tag: Option<String>,
+}
+
+impl fmt::Debug for ObjectFile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("ObjectFile").field(&self.object.name).finish()
+    }
+}
+
+impl ObjectFile {
+    /// Opens what lies at `http://…`, `https://…` or `s3://bucket/…`. Credentials for S3, and its endpoint if it is another
+    /// one, come from the environment, as `AWS_ACCESS_KEY_ID` and so on.
+    ///
+    /// # Errors
+    /// If the address is none of these, or what the server says.
+    pub async fn open(url: &str) -> io::Result<Self> {
+        let (store, path) = place::find(url)?;
+        Self::open_named(store, path, url.to_owned()).await
+    }
+
+    /// Opens an object of any store.
+    ///
+    /// # Errors
+    /// What the store says.
+    pub async fn open_in(store: Arc<dyn ObjectStore>, path: &str) -> io::Result<Self> {
+        let name = format!("{store}: {path}");
+        let path = Path::parse(path).map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))?;
+        Self::open_named(store, path, name).await
+    }
+
+    async fn open_named(store: Arc<dyn ObjectStore>, path: Path, name: String) -> io::Result<Self> {
+        let opened = async move {
+            let options = GetOptions {
+                range: Some(GetRange::Bounded(0..BEGINNING)),
+                ..GetOptions::default()
+            };
+            let answer = match store.get_opts(&path, options).await {
+                Ok(answer) => Ok(answer),
+                // No range lies within an empty object.
+                Err(error) => match store.head(&path).await {
+                    Ok(meta) if meta.size == 0 => Err(meta),
+                    _ => return Err(explained(&name, error)),
+                },
+            };
+            let meta = answer.as_ref().map_or_else(|empty| empty, |answer| &answer.meta);
+            let object = Object {
+                length: meta.size,
+                e_tag: meta.e_tag.clone(),
+                store,
+                path,
+                name,
+            };
+            let beginning = match answer {
+                Ok(answer) => object.collect(answer, 0..BEGINNING.min(object.length)).await?,
+                Err(_) => Bytes::new(),
+            };
+            Ok((Arc::new(object), beginning))
+        };
+        let (object, beginning) = on_runtime(opened).await?;
+        let note = "the server names no versions, so a change while reading may be noticed late";
+        Ok(Self {
+            note: object.e_tag.is_none().then(|| note.into()),
+            object,
+            beginning,
+        })
+    }
+}
+
+impl Object {
+    /// Asks for a range of the version that was opened.
+    async fn fetch(&self, range: Range<u64>) -> io::Result<Bytes> {
+        if range.is_empty() {
+            return Ok(Bytes::new());
+        }
+        // Weak tags never match.
+        let e_tag = self.e_tag.clone().filter(|tag| !tag.starts_with("W/"));
+        let options = GetOptions {
+            if_match: e_tag,
+            range: Some(GetRange::Bounded(range.clone())),
+            ..GetOptions::default()
+        };
+        let answer = self.store.get_opts(&self.path, options).await;
+        let answer = answer.map_err(|error| explained(&self.name, error))?;
+        // Some servers do not look at conditions.
+        if answer.meta.size != self.length || self.e_tag.is_some() && answer.meta.e_tag != self.e_tag {
+            return Err(changed(&self.name));
+        }
+        self.collect(answer, range).await
+    }
+
+    /// The bytes of an answer, at an address that is as aligned as the beginning of the range in the file. No more memory is
+    /// taken than bytes have come, but for [`TRUSTED`].
+    async fn collect(&self, answer: GetResult, range: Range<u64>) -> io::Result<Bytes> {
+        let length = length_of(&range)?;
+        let ahead = (range.start % ALIGNMENT as u64) as usize;
+        let mut stream = answer.into_stream();
+        let mut bytes = vec![0; ahead];
+        bytes.reserve_exact(length.min(TRUSTED));
+        while let Some(part) = stream.next().await {
+            let part = part.map_err(|error| explained(&self.name, error))?;
+            if bytes.is_empty() && part.len() == length && part.as_ptr().addr().is_multiple_of(ALIGNMENT) {
+                return Ok(part);
+            }
+            if part.len() > ahead + length - bytes.len() {
+                return Err(self.wrong_length(&range));
+            }
+            bytes.extend_from_slice(&part);
+        }
+        if bytes.len() < ahead + length {
+            return Err(self.wrong_length(&range));
+        }
+        Ok(Bytes::from(bytes).slice(ahead..))
+    }
+
+    fn wrong_length(&self, range: &Range<u64>) -> io::Error {
+        let message = format!("{}: the answer has not the length of bytes {range:?}", self.name);
+        io::Error::new(io::ErrorKind::UnexpectedEof, message)
+    }
+
+    fn check(&self, range: &Range<u64>) -> io::Result<()> {
+        if length_of(range)? > 0 && range.end > self.length {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        Ok(())
+    }
+}
+
+impl ReadAt for ObjectFile {
+    fn length(&self) -> u64 {
+        self.object.length
+    }
+
+    fn backend(&self) -> &'static str {
+        "object"
+    }
+
+    fn note(&self) -> Option<&str> {
+        self.note.as_deref()
+    }
+
+    fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>> {
+        if let Err(error) = self.object.check(&range) {
+            return ready(Err(error)).boxed();
+        }
+        if range.is_empty() {
+            return ready(Ok(Bytes::new())).boxed();
+        }
+        if range.end <= self.beginning.len() as u64 {
+            return ready(Ok(self.beginning.slice(range.start as usize..range.end as usize))).boxed();
+        }
+        let object = Arc::clone(&self.object);
+        on_runtime(async move { object.fetch(range).await })
+    }
+
+    fn read_many(&self, ranges: &[Range<u64>]) -> BoxFuture<'static, io::Result<Vec<Bytes>>> {
+        if let Some(error) = ranges.iter().find_map(|range| self.object.check(range).err()) {
+            return ready(Err(error)).boxed();
+        }
+        let (object, ranges) = (Arc::clone(&self.object), ranges.to_vec());
+        on_runtime(async move {
+            // Empty ranges may lie anywhere.
+            let asked: Vec<_> = ranges.iter().filter(|range| !range.is_empty()).cloned().collect();
+            let fetch = |range| {
+                let object = Arc::clone(&object);
+                async move { object.fetch(range).await }
+            };
+            let mut answers = coalesce_ranges(&asked, fetch, OBJECT_STORE_COALESCE_DEFAULT)
+                .await?
+                .into_iter();
+            let answer = |range: &Range<u64>| match range.is_empty() {
+                true => Bytes::new(),
+                false => answers.next().unwrap_or_default(),
+            };
+            Ok(ranges.iter().map(answer).collect())
+        })
+    }
+}
+
+/// Runs where the connections live, from any runtime or none.
+fn on_runtime<T: Send + 'static>(
+    request: impl Future<Output = io::Result<T>> + Send + 'static,
+) -> BoxFuture<'static, io::Result<T>> {
+    static RUNTIME: OnceLock<Result<Handle, io::ErrorKind>> = OnceLock::new();
+    let start = || -> io::Result<Handle> {
+        let runtime = Builder::new_current_thread().enable_all().build()?;
+        let handle = runtime.handle().clone();
+        let thread = thread::Builder::new().name("tile-net".to_owned());
+        thread.spawn(move || runtime.block_on(std::future::pending::<()>()))?;
+        Ok(handle)
+    };
+    match RUNTIME.get_or_init(|| start().map_err(|error| error.kind())) {
+        Err(kind) => ready(Err((*kind).into())).boxed(),
+        Ok(runtime) => {
+            let answer = runtime.spawn(request);
+            async move { answer.await.unwrap_or_else(|error| Err(io::Error::other(error))) }.boxed()
+        }
+    }
+}
+
+fn changed(name: &str) -> io::Error {
+    let message = format!("{name} was changed since it was opened; open it anew");
+    io::Error::new(io::ErrorKind::StaleNetworkFileHandle, message)
+}
+
+/// What a store says, with the object's name.
+fn explained(name: &str, error: Error) -> io::Error {
+    let (kind, what) = match &error {
+        Error::Precondition { .. } => return changed(name),
+        Error::NotFound { .. } => (io::ErrorKind::NotFound, "there is no such object"),
+        Error::NotSupported { .. } => (io::ErrorKind::Unsupported, "the server does not answer by byte range"),
+        Error::PermissionDenied { .. } | Error::Unauthenticated { .. } => {
+            (io::ErrorKind::PermissionDenied, "the server refuses")
+        }
+        _ => (io::ErrorKind::Other, "the request failed"),
+    };
+    io::Error::new(kind, format!("{name}: {what}: {}", whole(&error)))
+}
+
+/// An error and what is behind it, each said once.
+fn whole(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut behind = error.source();
+    while let Some(error) = behind {
+        let more = error.to_string();
+        if !text.contains(&more) {
+            text += &format!(": {more}");
+        }
+        behind = error.source();
+    }
+    text
+}

@@ -1,0 +1,185 @@
+//! A file on disk, read and written through an io_uring.
+//!
+//! All files of the process share one ring, which a thread of its own drives (`ring`); what is asked of it comes by channel,
+//! with all that the operation needs, and the answer goes back by a channel of its own. Reads go past the page cache
+//! (`O_DIRECT`) where the file system says that it can, straight into the memory that tiles are read in. Files that are written
+//! keep to the page cache: what is appended to them begins and ends anywhere.
+
+mod ring;
+mod transfer;
+
+use std::fs::File;
+use std::io;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use futures::future::{BoxFuture, FutureExt, ready};
+use rustix::fs::{AtFlags, OFlags, StatxFlags, fcntl_getfl, fcntl_setfl, statx};
+use tokio::sync::oneshot;
+
+use super::buffers::{ALIGNMENT, Buffers};
+use super::{ReadAt, WriteAt, check_within, length_of};
+pub(super) use ring::Ring;
+use ring::{Operation, gone};
+
+/// A file on disk. Clones share it.
+#[derive(Clone, Debug)]
+pub struct UringFile {
+    shared: Arc<Shared>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    ring: Arc<Ring>,
+    /// By which the ring knows the file.
+    number: u64,
+    file: File,
+    length: u64,
+    /// Whether reads go past the page cache.
+    is_direct: bool,
+    buffers: Buffers,
+}
+
+impl Drop for Shared {
+    fn drop(&mut self) {
+        self.ring.close(self.number);
+    }
+}
+
+impl UringFile {
+    /// Opens a file to read it.
+    ///
+    /// # Errors
+    /// What the system says of the file or of a ring, and [`io::ErrorKind::IsADirectory`].
+    pub fn open(path: &Path) -> io::Result<Self> {
+        Self::open_on(Ring::shared()?, path)
+    }
+
+    /// Opens a file to read it through this ring.
+    pub(super) fn open_on(ring: Arc<Ring>, path: &Path) -> io::Result<Self> {
+        let file = File::open(path)?;
+        if file.metadata()?.is_dir() {
+            return Err(io::ErrorKind::IsADirectory.into());
+        }
+        // A file system that says it can may still refuse; then we do without.
+        let is_direct = can_be_direct(&file)
+            && fcntl_getfl(&file).is_ok_and(|flags| fcntl_setfl(&file, flags | OFlags::DIRECT).is_ok());
+        Self::new(ring, file, is_direct)
+    }
+
+    /// Makes a new, empty file to write and read.
+    ///
+    /// # Errors
+    /// What the system says of the file or of a ring.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        let ring = Ring::shared()?;
+        let file = File::options()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(true)
+            .open(path)?;
+        Self::new(ring, file, false)
+    }
+
+    fn new(ring: Arc<Ring>, file: File, is_direct: bool) -> io::Result<Self> {
+        let shared = Shared {
+            number: ring.open(file.try_clone()?)?,
+            ring,
+            length: file.metadata()?.len(),
+            file,
+            is_direct,
+            buffers: Buffers::default(),
+        };
+        Ok(Self {
+            shared: Arc::new(shared),
+        })
+    }
+
+    /// Whether reads go past the page cache.
+    #[must_use]
+    pub fn is_direct(&self) -> bool {
+        self.shared.is_direct
+    }
+
+    /// Asks the ring for an operation. The file stays open until it is answered.
+    fn ask<T: Send + 'static>(
+        &self,
+        operation: impl FnOnce(oneshot::Sender<io::Result<T>>) -> Operation,
+    ) -> BoxFuture<'static, io::Result<T>> {
+        let (reply, answer) = oneshot::channel();
+        let shared = Arc::clone(&self.shared);
+        match shared.ring.ask(shared.number, operation(reply)) {
+            Err(error) => ready(Err(error)).boxed(),
+            Ok(()) => async move {
+                let answer = answer.await.unwrap_or_else(|_| Err(gone()));
+                drop(shared);
+                answer
+            }
+            .boxed(),
+        }
+    }
+}
+
+/// Whether reads that are aligned to [`ALIGNMENT`] may go past the page cache. Linux before 6.1 does not tell.
+fn can_be_direct(file: &File) -> bool {
+    let Ok(status) = statx(file, "", AtFlags::EMPTY_PATH, StatxFlags::DIOALIGN) else {
+        return false;
+    };
+    let fits = |alignment: u32| alignment != 0 && ALIGNMENT.is_multiple_of(alignment as usize);
+    status.stx_mask & StatxFlags::DIOALIGN.bits() != 0
+        && fits(status.stx_dio_mem_align)
+        && fits(status.stx_dio_offset_align)
+}
+
+impl ReadAt for UringFile {
+    fn length(&self) -> u64 {
+        self.shared.length
+    }
+
+    fn backend(&self) -> &'static str {
+        "uring"
+    }
+
+    fn note(&self) -> Option<&str> {
+        (!self.shared.is_direct).then_some("through the page cache, since this file cannot be read past it")
+    }
+
+    fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>> {
+        let length = match length_of(&range) {
+            Ok(0) => return ready(Ok(Bytes::new())).boxed(),
+            Ok(length) => length,
+            Err(error) => return ready(Err(error)).boxed(),
+        };
+        // No buffer is made for what is not there.
+        if let Err(error) = check_within(&range, self.shared.length, &self.shared.file) {
+            return ready(Err(error)).boxed();
+        }
+        self.ask(|reply| Operation::Read {
+            offset: range.start,
+            length,
+            is_direct: self.shared.is_direct,
+            buffers: self.shared.buffers.clone(),
+            reply,
+        })
+    }
+
+    fn rest(&self) {
+        self.shared.buffers.clear();
+    }
+}
+
+impl WriteAt for UringFile {
+    fn write_at(&self, offset: u64, data: Bytes) -> BoxFuture<'static, io::Result<()>> {
+        if let Err(error) = super::end_of(offset, data.len()) {
+            return ready(Err(error)).boxed();
+        }
+        self.ask(|reply| Operation::Write { offset, data, reply })
+    }
+
+    fn sync(&self) -> BoxFuture<'static, io::Result<()>> {
+        self.ask(|reply| Operation::Sync { reply })
+    }
+}

@@ -1,0 +1,218 @@
+//! The thread that owns the ring, and nothing else.
+//!
+//! Its runtime hands operations to the kernel when it has nothing left to do. So nothing that computes may run there: it would
+//! stall the I/O of all files. What comes in is a request by channel; what goes out is the answer, by another. Operations in
+//! flight stay below what the ring holds; what comes on top waits in the channel, without a buffer.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::io;
+use std::rc::Rc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::sync::{Arc, LazyLock};
+use std::thread;
+use std::time::Duration;
+
+use bytes::Bytes;
+use parking_lot::Mutex;
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+use tokio::sync::{Semaphore, oneshot};
+
+use super::super::buffers::Buffers;
+use super::transfer;
+
+/// Entries of the ring.
+const ENTRIES: u32 = 256;
+/// Operations in flight at once: below the entries, and enough for the queue of any one disk.
+const IN_FLIGHT: usize = 128;
+/// How long a new ring may take to answer. Some sandboxes let a ring be made, but nothing be handed to it.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Where an answer goes. Whoever asked may have gone away; then nobody needs it.
+type Reply<T> = oneshot::Sender<io::Result<T>>;
+
+/// What a ring does with a file.
+pub(super) enum Operation {
+    /// Reads so many bytes, all or none, into one of these buffers.
+    Read {
+        offset: u64,
+        length: usize,
+        is_direct: bool,
+        buffers: Buffers,
+        reply: Reply<Bytes>,
+    },
+    /// Writes all the bytes.
+    Write { offset: u64, data: Bytes, reply: Reply<()> },
+    /// Brings all that was written onto the medium.
+    Sync { reply: Reply<()> },
+}
+
+/// What comes to the thread of a ring; files go by number.
+enum Request {
+    Open(u64, File),
+    Close(u64),
+    Do(u64, Operation),
+}
+
+/// A ring, driven by a thread of its own, which ends when nobody has the ring any more.
+#[derive(Debug)]
+pub(in super::super) struct Ring {
+    requests: UnboundedSender<Request>,
+    opened: AtomicU64,
+}
+
+impl Ring {
+    /// The ring that all files of the process share; it is made when it is asked for first, and anew if its thread is gone.
+    ///
+    /// # Errors
+    /// What the system says when it refuses a ring, as it does within many containers.
+    pub(in super::super) fn shared() -> io::Result<Arc<Self>> {
+        static SHARED: LazyLock<Mutex<Made>> = LazyLock::new(Mutex::default);
+        let mut shared = SHARED.lock();
+        if let Made::Ring(ring) = &*shared
+            && !ring.requests.is_closed()
+        {
+            return Ok(Arc::clone(ring));
+        }
+        if let Made::Silent = *shared {
+            return Err(silent());
+        }
+        let ring = Self::start();
+        match &ring {
+            Ok(ring) => *shared = Made::Ring(Arc::clone(ring)),
+            // Nobody waits for such a ring twice.
+            Err(error) if error.kind() == io::ErrorKind::TimedOut => *shared = Made::Silent,
+            Err(_) => (),
+        }
+        ring
+    }
+
+    fn start() -> io::Result<Arc<Self>> {
+        let (requests, incoming) = unbounded_channel();
+        let (ready, started) = sync_channel(1);
+        thread::Builder::new().name("tile-ring".to_owned()).spawn(move || {
+            // `start` would panic where a ring is refused.
+            let runtime = match tokio_uring::Runtime::new(tokio_uring::builder().entries(ENTRIES)) {
+                Ok(runtime) => runtime,
+                Err(error) => return drop(ready.send(Err(error))),
+            };
+            runtime.block_on(async {
+                let answered = tokio_uring::no_op().await;
+                let works = answered.is_ok();
+                drop(ready.send(answered));
+                if works {
+                    serve(incoming).await;
+                }
+            });
+        })?;
+        match started.recv_timeout(PATIENCE) {
+            Ok(works) => works?,
+            Err(RecvTimeoutError::Timeout) => return Err(silent()),
+            Err(RecvTimeoutError::Disconnected) => return Err(gone()),
+        }
+        Ok(Arc::new(Self {
+            requests,
+            opened: AtomicU64::new(0),
+        }))
+    }
+
+    /// Hands over a file; gives the number that it goes by.
+    pub(super) fn open(&self, file: File) -> io::Result<u64> {
+        let number = self.opened.fetch_add(1, Ordering::Relaxed);
+        self.send(Request::Open(number, file))?;
+        Ok(number)
+    }
+
+    /// Closes a file, when its last operation is done.
+    pub(super) fn close(&self, number: u64) {
+        // Without the thread there is no file either.
+        let _ = self.send(Request::Close(number));
+    }
+
+    /// Asks for an operation on a file.
+    pub(super) fn ask(&self, number: u64, operation: Operation) -> io::Result<()> {
+        self.send(Request::Do(number, operation))
+    }
+
+    fn send(&self, request: Request) -> io::Result<()> {
+        self.requests.send(request).map_err(|_| gone())
+    }
+}
+
+/// The ring of the process.
+#[derive(Default)]
+enum Made {
+    #[default]
+    Not,
+    Ring(Arc<Ring>),
+    /// One was made, but did not answer.
+    Silent,
+}
+
+/// The error where the thread of the ring ended early.
+pub(super) fn gone() -> io::Error {
+    io::Error::other("the thread that drives the io_uring is gone")
+}
+
+fn silent() -> io::Error {
+    let message = format!(
+        "the system made a ring, but did nothing with it for {} s",
+        PATIENCE.as_secs()
+    );
+    io::Error::new(io::ErrorKind::TimedOut, message)
+}
+
+/// Does what comes in, until nobody can send any more and all is done.
+async fn serve(mut incoming: UnboundedReceiver<Request>) {
+    let mut files = HashMap::new();
+    let slots = Arc::new(Semaphore::new(IN_FLIGHT));
+    while let Some(request) = incoming.recv().await {
+        let (number, operation) = match request {
+            Request::Open(number, file) => {
+                files.insert(number, Rc::new(tokio_uring::fs::File::from_std(file)));
+                continue;
+            }
+            Request::Close(number) => {
+                files.remove(&number);
+                continue;
+            }
+            Request::Do(number, operation) => (number, operation),
+        };
+        // Whoever asks has the file open.
+        let Some(file) = files.get(&number).map(Rc::clone) else {
+            continue;
+        };
+        let Ok(slot) = Arc::clone(&slots).acquire_owned().await else {
+            return;
+        };
+        tokio_uring::spawn(async move {
+            perform(&file, operation).await;
+            drop(slot);
+        });
+    }
+    let _ = slots.acquire_many(IN_FLIGHT as u32).await;
+}
+
+async fn perform(file: &tokio_uring::fs::File, operation: Operation) {
+    match operation {
+        Operation::Read {
+            offset,
+            length,
+            is_direct,
+            buffers,
+            reply,
+        } => {
+            // Nobody can tell whether a read that nobody waits for was done.
+            if !reply.is_closed() {
+                let _ = reply.send(transfer::read(file, offset, length, is_direct, &buffers).await);
+            }
+        }
+        Operation::Write { offset, data, reply } => {
+            let _ = reply.send(transfer::write(file, offset, data).await);
+        }
+        Operation::Sync { reply } => {
+            let _ = reply.send(file.sync_all().await);
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! One read or write, in as many operations of the ring as the system makes of it.
+
+use std::io;
+
+use bytes::Bytes;
+use tokio_uring::buf::BoundedBuf;
+use tokio_uring::fs::File;
+
+use super::super::buffers::{ALIGNMENT, Buffers};
+
+/// Bytes of one operation at most: a multiple of the alignment, and what its 32 bits and the system's limit hold.
+const LARGEST: usize = 1 << 30;
+
+/// Reads so many bytes from `offset` on, or fails. Past the page cache what is read begins and ends at multiples of
+/// [`ALIGNMENT`], in the file and in memory.
+pub(super) async fn read(
+    file: &File,
+    offset: u64,
+    length: usize,
+    is_direct: bool,
+    buffers: &Buffers,
+) -> io::Result<Bytes> {
+    let alignment = if is_direct { ALIGNMENT } else { 1 };
+    let ahead = (offset % alignment as u64) as usize;
+    let (needed, first) = (ahead + length, offset - ahead as u64);
+    let whole = needed.next_multiple_of(alignment);
+    let (mut bytes, start) = buffers.aligned(whole);
+    let mut done = 0;
+    while done < needed {
+        let part = start + done..start + whole.min(done + LARGEST);
+        let (read, slice) = file.read_at(bytes.slice(part), first + done as u64).await;
+        bytes = slice.into_inner();
+        let before = done;
+        match read {
+            Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
+            Ok(read) => done += read,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            Err(error) => return Err(error),
+        }
+        if done < needed {
+            // Goes on from an aligned place; at the end of the file that is where it was before.
+            done -= done % alignment;
+            if done <= before {
+                return Err(io::ErrorKind::UnexpectedEof.into());
+            }
+        }
+    }
+    Ok(buffers.freeze_part(bytes, start + ahead..start + needed))
+}
+
+/// Writes all the bytes from `offset` on, or fails.
+pub(super) async fn write(file: &File, offset: u64, mut data: Bytes) -> io::Result<()> {
+    let mut offset = offset;
+    while !data.is_empty() {
+        let part = Bytes::slice(&data, ..data.len().min(LARGEST));
+        match file.write_at(part, offset).submit().await.0 {
+            Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
+            Ok(written) => {
+                data = data.split_off(written);
+                offset += written as u64;
+            }
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => (),
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(())
+}

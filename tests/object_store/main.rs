@@ -1,0 +1,160 @@
+//! Tile files on web servers: the same answers as from disk, or an error that says what is wrong.
+
+mod server;
+
+use std::error::Error;
+use std::fs;
+
+use delaunay_tiles::build::{BuildOptions, Builder};
+use delaunay_tiles::geometry::Point;
+use delaunay_tiles::input::PointBatch;
+use delaunay_tiles::io::{ObjectFile, ReadAt};
+use delaunay_tiles::store::{Digest, OpenOptions, ReadError, TileId, TileReader};
+use server::{Fault, Server};
+
+fn wait<T>(future: impl Future<Output = T>) -> T {
+    let runtime = tokio::runtime::Builder::new_multi_thread().build().unwrap();
+    runtime.block_on(future)
+}
+
+/// A tile file of several tiles.
+fn town() -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("town.tiles");
+    let points: Vec<Point> = (0..900)
+        .map(|i| Point::new(f64::from(i % 30), f64::from(i / 30)))
+        .collect();
+    let (records, z) = ((0..900).collect(), Vec::new());
+    wait(async {
+        let options = BuildOptions {
+            tile_vertices: 64,
+            ..BuildOptions::default()
+        };
+        let mut builder = Builder::new(&path, options).unwrap();
+        builder.push(&PointBatch { records, points, z }).await.unwrap();
+        builder.finish().await.unwrap();
+    });
+    fs::read(path).unwrap()
+}
+
+fn open(server: &Server) -> Result<TileReader, ReadError> {
+    wait(TileReader::open_url(&server.url, OpenOptions::default()))
+}
+
+fn digest(server: &Server) -> Result<Digest, ReadError> {
+    wait(async {
+        let reader = TileReader::open_url(&server.url, OpenOptions::default()).await?;
+        reader.digest().await
+    })
+}
+
+/// What an error says, and all that is behind it.
+fn whole(error: &dyn Error) -> String {
+    let behind = error.source().map(whole);
+    behind.map_or_else(|| error.to_string(), |behind| format!("{error}: {behind}"))
+}
+
+/// A digest that fails, and says so with these words.
+fn fails(fault: Fault, words: &str) {
+    let server = Server::start(town(), fault);
+    let error = whole(&digest(&server).unwrap_err());
+    assert!(
+        error.contains(words) && error.contains("town.tiles"),
+        "{fault:?}: {error}"
+    );
+}
+
+#[test]
+fn the_digest_is_that_of_the_file() {
+    let bytes = town();
+    let file = delaunay_tiles::io::MemoryFile::new(bytes.clone());
+    let expected = wait(async {
+        let reader = TileReader::open_source(file, "town", OpenOptions::default())
+            .await
+            .unwrap();
+        reader.digest().await.unwrap()
+    });
+    // Faults that are got over, too.
+    for fault in [
+        Fault::None,
+        Fault::NoTags,
+        Fault::Fails(0, 2),
+        Fault::Fails(5, 2),
+        Fault::Truncates(3, 1),
+        Fault::ChangedAfter(1000),
+    ] {
+        let server = Server::start(bytes.clone(), fault);
+        assert_eq!(digest(&server).unwrap(), expected, "{fault:?}");
+    }
+}
+
+#[test]
+fn opening_and_one_tile_are_four_requests() {
+    let server = Server::start(town(), Fault::None);
+    let reader = open(&server).unwrap();
+    assert_eq!(server.requests(), 2, "the beginning, and the directory");
+    assert_eq!((reader.backend(), reader.backend_note()), ("object", None));
+    wait(reader.tile(TileId(3))).unwrap();
+    assert!(server.requests() <= 4);
+    let none = Server::start(town(), Fault::NoTags);
+    assert!(open(&none).unwrap().backend_note().unwrap().contains("no versions"));
+}
+
+#[test]
+fn what_lies_close_together_is_one_request_and_bytes_are_aligned() {
+    let bytes: Vec<u8> = (0..5_000_000u32).map(|i| (i % 251) as u8).collect();
+    let server = Server::start(bytes.clone(), Fault::None);
+    let file = wait(ObjectFile::open(&server.url)).unwrap();
+    let ranges = [
+        4_000_008..4_000_100,
+        10_000..10_008,
+        20_008..60_000,
+        3_000_000..3_000_000,
+        60_000..60_008,
+        100..108,
+    ];
+    let before = server.requests();
+    let read = wait(file.read_many(&ranges)).unwrap();
+    assert_eq!(server.requests() - before, 2);
+    for (read, range) in read.iter().zip(&ranges) {
+        assert!(read == &bytes[range.start as usize..range.end as usize], "{range:?}");
+        assert!(
+            read.is_empty() || (read.as_ptr().addr() as u64 - range.start).is_multiple_of(8),
+            "{range:?}"
+        );
+    }
+}
+
+#[test]
+fn a_file_that_changed_is_told() {
+    for count in [1, 2, 3, 7] {
+        fails(
+            Fault::ChangedAfter(count),
+            "was changed since it was opened; open it anew",
+        );
+        fails(
+            Fault::ChangedAfterUnnoticed(count),
+            "was changed since it was opened; open it anew",
+        );
+    }
+}
+
+#[test]
+fn servers_that_will_not_do_are_told() {
+    fails(Fault::NoRanges, "does not answer by byte range");
+    fails(Fault::Missing, "there is no such object");
+    fails(Fault::Fails(0, usize::MAX), "500");
+    fails(Fault::Fails(4, usize::MAX), "500");
+    fails(Fault::Shortens(0), "Requested");
+    fails(Fault::Shortens(2), "Requested");
+    fails(Fault::Truncates(2, usize::MAX), "the request failed");
+    let nobody = whole(
+        &wait(TileReader::open_url(
+            "http://127.0.0.1:1/town.tiles",
+            OpenOptions::default(),
+        ))
+        .err()
+        .unwrap(),
+    );
+    assert!(nobody.contains("town.tiles: the request failed"), "{nobody}");
+}

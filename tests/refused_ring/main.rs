@@ -1,0 +1,119 @@
+//! Where the system refuses io_uring, as many containers do, files are read all the same, and it is said why.
+//!
+//! A filter on system calls binds the thread that sets it, and all threads and programs that this starts; so what is tested runs in
+//! a thread of its own.
+#![cfg(target_os = "linux")]
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::Path;
+use std::thread;
+
+use delaunay_tiles::build::{BuildOptions, Builder};
+use delaunay_tiles::geometry::Point;
+use delaunay_tiles::input::PointBatch;
+use delaunay_tiles::io::Backend;
+use delaunay_tiles::store::{OpenOptions, ReadError, TileReader};
+use seccompiler::{BpfProgram, SeccompAction, SeccompFilter, TargetArch};
+
+const IO_URING_SETUP: i64 = 425;
+const IO_URING_ENTER: i64 = 426;
+const EPERM: u32 = 1;
+
+/// Runs a test where this system call fails with EPERM.
+fn without(call: i64, test: impl FnOnce() + Send + 'static) {
+    let refused = thread::spawn(move || {
+        let filter: BpfProgram = SeccompFilter::new(
+            BTreeMap::from([(call, Vec::new())]),
+            SeccompAction::Allow,
+            SeccompAction::Errno(EPERM),
+            TargetArch::try_from(std::env::consts::ARCH).unwrap(),
+        )
+        .and_then(BpfProgram::try_from)
+        .unwrap();
+        seccompiler::apply_filter(&filter).unwrap();
+        test();
+    });
+    refused.join().unwrap();
+}
+
+fn wait<T>(future: impl Future<Output = T>) -> T {
+    let runtime = tokio::runtime::Builder::new_multi_thread().build().unwrap();
+    runtime.block_on(future)
+}
+
+fn build(path: &Path) {
+    let points: Vec<Point> = (0..400)
+        .map(|i| Point::new(f64::from(i % 20), f64::from(i / 20)))
+        .collect();
+    let records = (0..400).collect();
+    let z = Vec::new();
+    wait(async {
+        let mut builder = Builder::new(path, BuildOptions::default()).unwrap();
+        builder.push(&PointBatch { records, points, z }).await.unwrap();
+        builder.finish().await.unwrap();
+    });
+}
+
+/// Opens a file by this backend, and counts its triangles.
+fn triangles(path: &Path, backend: Backend) -> Result<(u64, &'static str, Option<String>), ReadError> {
+    wait(async {
+        let reader = TileReader::open(path, OpenOptions::default().backend(backend)).await?;
+        let digest = reader.digest().await?;
+        Ok((
+            digest.triangles.count,
+            reader.backend(),
+            reader.backend_note().map(str::to_owned),
+        ))
+    })
+}
+
+/// What an error says, and all that is behind it.
+fn whole(error: &dyn Error) -> String {
+    let behind = error.source().map(whole);
+    behind.map_or_else(|| error.to_string(), |behind| format!("{error}: {behind}"))
+}
+
+/// One test, since the second refusal is remembered for the whole process.
+#[test]
+fn refused_rings() {
+    a_refused_ring_is_done_without_unless_it_is_asked_for_by_name();
+    a_ring_that_never_answers_is_as_good_as_none();
+}
+
+fn a_refused_ring_is_done_without_unless_it_is_asked_for_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("grid.tiles");
+    without(IO_URING_SETUP, move || {
+        build(&path);
+        let (count, backend, note) = triangles(&path, Backend::Auto).unwrap();
+        assert_eq!((count, backend), (2 * 19 * 19, "threads"));
+        let note = note.unwrap();
+        assert!(note.contains("io_uring") && note.contains("not permitted"), "{note}");
+
+        let error = whole(&triangles(&path, Backend::Uring).unwrap_err());
+        for part in [
+            "grid.tiles",
+            "refuses an io_uring",
+            "not permitted",
+            "threads and auto do without",
+        ] {
+            assert!(error.contains(part), "{part} is missing: {error}");
+        }
+        let (count, backend, note) = triangles(&path, Backend::Threads).unwrap();
+        assert_eq!((count, backend, note), (2 * 19 * 19, "threads", None));
+    });
+}
+
+fn a_ring_that_never_answers_is_as_good_as_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("grid.tiles");
+    without(IO_URING_ENTER, move || {
+        build(&path);
+        for _ in 0..2 {
+            let (count, backend, note) = triangles(&path, Backend::Auto).unwrap();
+            assert_eq!((count, backend), (2 * 19 * 19, "threads"));
+            assert!(note.unwrap().contains("did nothing"));
+        }
+    });
+}

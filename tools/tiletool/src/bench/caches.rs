@@ -1,0 +1,20 @@
+//! Reading cold: what the system keeps of the file in memory is thrown out.
+
+use std::fs::{self, File};
+use std::path::Path;
+
+use anyhow::Context;
+use rustix::fs::{Advice, fadvise};
+
+/// Where Linux drops all caches; only its owner may.
+const DROP_CACHES: &str = "/proc/sys/vm/drop_caches";
+
+/// Throws the file out of the page cache, and with it all other files if we may. Whether we could is the answer.
+pub fn drop_for(path: &Path) -> anyhow::Result<bool> {
+    let file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
+    // What is not on the medium cannot be thrown out.
+    let _ = file.sync_all();
+    let advised = fadvise(&file, 0, None, Advice::DontNeed);
+    advised.with_context(|| format!("cannot throw {} out of the page cache", path.display()))?;
+    Ok(fs::write(DROP_CACHES, "1").is_ok())
+}

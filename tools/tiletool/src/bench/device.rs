@@ -1,0 +1,69 @@
+//! The device without anything of ours: blocks of the same file, read past the page cache, so many at a time.
+
+use std::fs::File;
+use std::io;
+use std::os::unix::fs::FileExt;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
+
+use super::{Clock, Took};
+
+/// What direct reads ask of memory, offsets and lengths.
+const ALIGNMENT: usize = 4096;
+
+/// A file that is read past the page cache.
+pub struct Device {
+    file: File,
+    length: u64,
+}
+
+impl Device {
+    /// Fails where the system or the file system has no such thing.
+    #[cfg(target_os = "linux")]
+    pub fn open(path: &Path) -> io::Result<Self> {
+        use std::os::unix::fs::OpenOptionsExt;
+
+        let flags = rustix::fs::OFlags::DIRECT.bits() as i32;
+        let file = File::options().read(true).custom_flags(flags).open(path)?;
+        let length = file.metadata()?.len();
+        Ok(Self { file, length })
+    }
+
+    /// Only Linux has it.
+    #[cfg(not(target_os = "linux"))]
+    pub fn open(_: &Path) -> io::Result<Self> {
+        Err(io::ErrorKind::Unsupported.into())
+    }
+
+    /// Reads the whole file from front to back in blocks of so many bytes, so many at a time.
+    pub fn scan(&self, block: usize, depth: usize) -> io::Result<Took> {
+        let places: Vec<u64> = (0..self.length).step_by(block).collect();
+        self.read(&places, block, depth)
+    }
+
+    /// Reads blocks at these places, which are multiples of 4096, each of so many bytes, so many at a time.
+    pub fn read(&self, places: &[u64], block: usize, depth: usize) -> io::Result<Took> {
+        let (next, bytes) = (AtomicU64::new(0), AtomicU64::new(0));
+        let clock = Clock::start();
+        let work = || -> io::Result<()> {
+            let mut memory = vec![0; block + ALIGNMENT];
+            let address = memory.as_ptr().addr();
+            let start = address.next_multiple_of(ALIGNMENT) - address;
+            let buffer = &mut memory[start..start + block];
+            while let Some(&place) = places.get(next.fetch_add(1, Ordering::Relaxed) as usize) {
+                let read = self.file.read_at(buffer, place)?;
+                bytes.fetch_add(read as u64, Ordering::Relaxed);
+            }
+            Ok(())
+        };
+        thread::scope(|scope| {
+            let workers: Vec<_> = (0..depth).map(|_| scope.spawn(work)).collect();
+            workers.into_iter().try_for_each(|worker| {
+                let done = worker.join();
+                done.unwrap_or_else(|_| Err(io::Error::other("a thread that read is gone")))
+            })
+        })?;
+        Ok(clock.took(bytes.into_inner()))
+    }
+}
