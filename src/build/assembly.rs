@@ -14,12 +14,13 @@ use tokio::sync::{mpsc, oneshot};
 
 use super::border_log::BorderLog;
 use super::borders::RegionTotals;
-use super::budget::{self, Load, Shares};
+use super::budget::{self, DiskLoad, Load, Shares};
 use super::conquest::{Conquest, ConquestLimits};
 use super::intake::{Points, Terms};
+use super::inverted::{self, Inverted};
 use super::journal::{FinishedBlocks, JournalReader, SavedPlan};
 use super::leaf::LeafRules;
-use super::options::DuplicateRule;
+use super::options::{Crossings, DuplicateRule};
 use super::output::{Journal, Output};
 use super::pipeline;
 use super::point_store::PointStore;
@@ -133,8 +134,15 @@ impl Assembly {
             spill::check_runs(&plan.blocks[finished.blocks as usize..], self.folder.spill())?;
         }
         let unfinished = plan.blocks[finished.blocks as usize..].iter();
-        let run_bytes = unfinished.flat_map(|block| &block.runs).map(|run| run.length).sum();
-        budget::check_disk(&self.folder, plan.points - finished.points, run_bytes, plan.has_z)?;
+        let run_bytes: u64 = unfinished.flat_map(|block| &block.runs).map(|run| run.length).sum();
+        let load = DiskLoad {
+            points: plan.points - finished.points,
+            has_z: plan.has_z,
+            segments: segments.len(),
+            segment_bytes: segments.disk_bytes(),
+            spilled_bytes: run_bytes + segments.spilled_bytes(),
+        };
+        budget::check_disk(&self.folder, load)?;
         if has_journal && !is_resumed {
             let saved = SavedPlan {
                 identity: self.options.identity(),
@@ -263,12 +271,13 @@ impl Assembly {
         let tree = plan.tree.with_leaves_cut(&trees);
         let ends = found.blocks.iter().map(|block| block.ends).sum();
         let (cores, borders) = output.extents();
-        let directory = self.directory(tree, &tiles, cores, borders, ends, regions);
+        let directory = self.directory(tree, &tiles, cores, borders, ends, &regions);
         let bytes = |extents: &[Extent]| extents.iter().map(|e| u64::from(e.length)).sum::<u64>();
         let [log_read, log_written] = conquest.log.lock().traffic();
         let core_bytes = bytes(&cores[first_tile as usize..]) + output.journal_bytes() + log_written;
         let border_bytes = bytes(borders);
         let (file_bytes, finish_bytes) = output.finish(&directory).await?;
+        let first_inverted = self.check_inverted(&path, &regions).await?;
         if self.options.progress.is_cancelled() {
             return Err(BuildError::Cancelled);
         }
@@ -300,6 +309,8 @@ impl Assembly {
             regions: metadata.regions,
             hole_regions: metadata.hole_regions,
             hole_triangles: metadata.hole_triangles,
+            inverted_regions: regions.inverted_regions,
+            first_inverted,
             held_triangles: found.blocks.iter().map(|block| block.held_triangles).sum(),
             tiles: directory.tiles.len() as u64,
             file_bytes,
@@ -387,6 +398,18 @@ impl Assembly {
         })
     }
 
+    /// The first of the regions that are inside out, if any are; an error, unless polygons are taken as they come.
+    async fn check_inverted(&self, path: &Path, regions: &RegionTotals) -> Result<Option<Inverted>, BuildError> {
+        let first = inverted::first(path, &regions.with_inverted, self.options.memory).await?;
+        match first.filter(|_| self.options.crossings == Crossings::Error) {
+            Some(first) => Err(BuildError::Inverted {
+                first,
+                regions: regions.inverted_regions,
+            }),
+            None => Ok(first),
+        }
+    }
+
     /// The directory of a file whose extents are all written.
     fn directory(
         &mut self,
@@ -395,7 +418,7 @@ impl Assembly {
         cores: &[Extent],
         borders: &[Extent],
         ends: u64,
-        regions: RegionTotals,
+        regions: &RegionTotals,
     ) -> Directory {
         let extents = cores.iter().zip(borders);
         let entry = |(tile, (&core, &border)): (&TileState, (&Extent, &Extent))| TileEntry {

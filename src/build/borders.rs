@@ -21,7 +21,7 @@ use crate::io::Buffers;
 use crate::store::{TileId, by_tile};
 
 /// The regions of a file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct RegionTotals {
     /// All; 0 where they are not told apart.
     pub(super) regions: u64,
@@ -29,6 +29,10 @@ pub(super) struct RegionTotals {
     pub(super) spanning: u64,
     pub(super) hole_regions: u64,
     pub(super) hole_triangles: u64,
+    /// Those that are covered by less than nothing.
+    pub(super) inverted_regions: u64,
+    /// Tiles that have triangles of these, in any order.
+    pub(super) with_inverted: Vec<TileId>,
 }
 
 /// Assembles the borders of all tiles, group by group, and sends them in order.
@@ -55,7 +59,8 @@ pub(super) fn write_borders(
                 regions: regions.count,
                 spanning: regions.spanning().len() as u64,
                 hole_regions: regions.spanning().iter().filter(|region| region.is_hole).count() as u64,
-                hole_triangles: 0,
+                inverted_regions: regions.spanning().iter().filter(|region| region.depth < 0).count() as u64,
+                ..RegionTotals::default()
             }),
     );
     let borders = Ordered::new(0, 2 * threads as u32, |_, border| {
@@ -97,6 +102,10 @@ pub(super) fn write_borders(
                     let mut totals = totals.lock();
                     totals.hole_regions += border.closed_holes;
                     totals.hole_triangles += border.hole_triangles;
+                    totals.inverted_regions += border.closed_inverted;
+                    if border.draft.regions.iter().any(|region| region.depth < 0) {
+                        totals.with_inverted.push(tile);
+                    }
                 }
                 let encoded = border.draft.encode(tile, GENERATION, &buffers);
                 if borders.put(number, encoded).is_err() {

@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::crossings::{Crossing, KEPT, SplitError};
+use super::inverted::Inverted;
 use crate::geometry::Point;
 use crate::store::EdgeSource;
 
@@ -197,6 +198,19 @@ pub enum BuildError {
     OpenRing {
         /// The number of the polygon's record.
         obstacle: u64,
+    },
+    /// Rings of polygons are nested wrongly, so that somewhere holes are taken out of nothing.
+    #[error(
+        "obstacle {} is inside out at ({}, {}): a hole of it lies outside of it or in another of its holes, or a ring of it \
+         runs round there the other way; {regions} regions are so; put it right, or have lines split where they cross, which \
+         covers such regions too",
+        first.obstacle, first.point.x, first.point.y
+    )]
+    Inverted {
+        /// The first of them.
+        first: Inverted,
+        /// How many regions are so.
+        regions: u64,
     },
     /// There are more late triangles than can be numbered, or telling regions apart takes too much memory.
     #[error(
