@@ -45,7 +45,12 @@ pub(super) fn assemble(
     regions: Option<TileRegions<'_>>,
 ) -> Border {
     let (neighbours, core_links) = link(mesh);
-    let edges = group.edges_of(tile);
+    let along = group.edges_of(tile);
+    let along = along.map(|(ends, source)| (ends.map(|id| mesh.corner(id)), source));
+    let (edges, edge_sources) = match mesh.sides.is_empty() {
+        true => edges(along.collect()),
+        false => (Vec::new(), edge_sources(mesh, along)),
+    };
     let mut draft = BorderDraft {
         vertices: state.vertices,
         core_triangles: state.core_triangles,
@@ -55,10 +60,8 @@ pub(super) fn assemble(
         neighbours,
         core_links,
         constraints: mesh.late.iter().map(Late::side_bits).collect(),
-        edge_sources: edge_sources(
-            mesh,
-            edges.map(|(ends, source)| (ends.map(|id| mesh.corner(id)), source)),
-        ),
+        edge_sources,
+        edges,
         ..BorderDraft::default()
     };
     let (mut hole_triangles, mut closed_holes, mut closed_inverted) = (0, 0, 0);
@@ -126,6 +129,17 @@ fn edge_sources(mesh: &BorderMesh, edges: impl Iterator<Item = ([u32; 2], EdgeSo
         .collect();
     sources.sort_unstable();
     sources
+}
+
+/// The edges of a tile without triangles, and the place of each with each of its sources.
+fn edges(mut along: Vec<([u32; 2], EdgeSource)>) -> (Vec<[u32; 2]>, Vec<(u32, EdgeSource)>) {
+    along.sort_unstable();
+    let (mut edges, mut sources) = (Vec::new(), Vec::new());
+    for ((ends, of_edge), place) in along.chunk_by(|a, b| a.0 == b.0).map(|all| (all[0].0, all)).zip(0..) {
+        edges.push(ends);
+        sources.extend(of_edge.iter().map(|&(_, source)| (place, source)));
+    }
+    (edges, sources)
 }
 
 /// The sides across those of the late triangles, and the pairs of core and border sides.

@@ -3,7 +3,7 @@
 //! Where there are segments it is read twice: what belongs together is known only when all of it was seen, and each border says
 //! of its triangles, and of its core's components, which regions they are of.
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
 
 use parking_lot::Mutex;
@@ -12,6 +12,7 @@ use super::border::{Border, TileRegions, assemble};
 use super::border_log::{BorderLog, GroupBorders};
 use super::border_mesh::BorderMesh;
 use super::conquest::Conquest;
+use super::node::SeamVertex;
 use super::ordered::{Closed, Ordered};
 use super::output::{Extent, Sender};
 use super::pipeline::on_threads;
@@ -47,9 +48,12 @@ pub(super) fn write_borders(
     let mut seeded = std::mem::take(&mut conquest.found.lock().seeded);
     seeded.sort_unstable();
     let seeded = Seeded::of(&seeded);
+    let nexts = std::mem::take(&mut conquest.found.lock().next_on_line);
     let mut kept = VecDeque::new();
     let regions = match conquest.rules.has_regions {
-        true => Some(find_regions(&mut log, tiles, conquest, &seeded, threads, &mut kept)?),
+        true => Some(find_regions(
+            &mut log, tiles, conquest, &seeded, &nexts, threads, &mut kept,
+        )?),
         false => None,
     };
     let totals = Mutex::new(
@@ -77,7 +81,7 @@ pub(super) fn write_borders(
                 log.forget_group(number);
                 group
             }
-            None => Group::of(log.take_group(number).map_err(cannot)?, tiles, threads)?,
+            None => Group::of(log.take_group(number).map_err(cannot)?, tiles, &nexts, threads)?,
         };
         let states = &mut tiles[group.tiles().start as usize..group.tiles().end as usize];
         let next = Mutex::new(group.tiles().zip(states).zip(&meshes));
@@ -119,6 +123,9 @@ pub(super) fn write_borders(
     Ok(totals.into_inner())
 }
 
+/// Without triangles: of tiles, the vertex of another one that an edge leads to.
+pub(super) type Nexts = HashMap<TileId, SeamVertex>;
+
 /// What the border log has of a group of tiles, and what lies around each of these.
 struct Group {
     borders: GroupBorders,
@@ -126,7 +133,7 @@ struct Group {
 }
 
 impl Group {
-    fn of(borders: GroupBorders, tiles: &[TileState], threads: usize) -> Result<Self, BuildError> {
+    fn of(borders: GroupBorders, tiles: &[TileState], nexts: &Nexts, threads: usize) -> Result<Self, BuildError> {
         let mut meshes: Vec<_> = borders.tiles().map(|_| None).collect();
         let next = Mutex::new(borders.tiles().zip(&mut meshes));
         let work = || {
@@ -134,7 +141,8 @@ impl Group {
                 let Some((tile, mesh)) = next.lock().next() else {
                     return;
                 };
-                *mesh = Some(BorderMesh::of(TileId(tile), &tiles[tile as usize], &borders));
+                let next = nexts.get(&TileId(tile)).copied();
+                *mesh = Some(BorderMesh::of(TileId(tile), &tiles[tile as usize], &borders, next));
             }
         };
         on_threads(threads, work, || {})?;
@@ -187,6 +195,7 @@ fn find_regions(
     tiles: &[TileState],
     conquest: &Conquest,
     seeded: &Seeded,
+    nexts: &Nexts,
     threads: usize,
     kept: &mut VecDeque<Group>,
 ) -> Result<Regions, BuildError> {
@@ -206,7 +215,7 @@ fn find_regions(
         }
         let group = log.read_group(number);
         let group = group.map_err(|error| BuildError::io(&conquest.spill, "read the border log in", error))?;
-        let group = Group::of(group, tiles, threads)?;
+        let group = Group::of(group, tiles, nexts, threads)?;
         let links = links_of(&finder, &group, conquest, threads)?;
         for (tile, links) in group.borders.tiles().zip(&links) {
             let tile = TileId(tile);

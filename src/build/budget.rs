@@ -36,6 +36,11 @@ pub(super) const SEGMENT_BYTES: u64 = 56;
 /// Bytes of a segment in work: pieces, marks, sources.
 const SEGMENT_WORK_BYTES: u64 = 150;
 
+/// Bytes of an edge's source in work: piece, note in the core or in the log, and their encoding.
+const SOURCE_BYTES: u64 = 80;
+/// Sources of a node's edges that any build has memory for.
+const FEW_SOURCES: u64 = 1 << 20;
+
 /// The most points of a block: more would gain nothing, and a build that goes on would lose more.
 const MAX_BLOCK: u64 = 1 << 22;
 
@@ -101,6 +106,19 @@ pub(super) fn fits(options: &BuildOptions, load: Load, bytes: u64) -> bool {
 /// Whether points that are still to come can stay in memory.
 pub(super) fn points_fit(options: &BuildOptions, load: Load) -> bool {
     fits(options, load, load.points.saturating_mul(point_bytes(load.has_z)))
+}
+
+/// How often lines may run along edges of a node, all in all: each edge knows all of them. Each thread has its share of half of the
+/// memory.
+pub(super) fn most_sources(options: &BuildOptions) -> usize {
+    let share = options.memory / 2 / options.threads.max(1) as u64;
+    (share / SOURCE_BYTES).max(FEW_SOURCES) as usize
+}
+
+/// The memory of a build for which that many are not too many.
+pub(super) fn sources_memory(options: &BuildOptions, sources: u64) -> u64 {
+    let share = sources.saturating_mul(SOURCE_BYTES);
+    share.saturating_mul(2 * options.threads.max(1) as u64)
 }
 
 /// Bytes of a point in a block, without segments.

@@ -271,15 +271,21 @@ impl Builder {
 
     /// Splits segments where they cross, and pushes the crossing points. Returns the next record number.
     async fn split_crossings(&mut self, first_record: u64) -> Result<u64, BuildError> {
-        let Some(lines) = SplitLines::of(&mut self.segments, self.terms.options.memory)? else {
+        let (arrived, sites) = (self.intake.arrived(&self.terms).await?, self.sites.points());
+        let mut points = |within, take: &mut dyn FnMut(&[Point])| {
+            take(sites);
+            arrived.for_each(within, take)
+        };
+        let split = SplitLines::of(&mut self.segments, self.terms.options.memory, &mut points)?;
+        let Some(lines) = split else {
             return Ok(first_record);
         };
-        self.given.crossings = lines.crossings;
+        self.given.crossings = lines.crossings();
         self.segments = SegmentSpool::new(self.terms.folder.spill(), self.memory / SEGMENTS_SHARE);
         lines.push_pieces(&mut self.segments)?;
         self.reserve()?;
         let mut record = first_record;
-        for batch in lines.into_points(first_record) {
+        for batch in lines.points(first_record) {
             record += batch.points.len() as u64;
             self.given.has_z |= !batch.z.is_empty();
             self.intake.push(&batch, &self.terms).await?;

@@ -128,6 +128,20 @@ pub enum BuildError {
         /// Bytes allowed.
         budget: u64,
     },
+    /// So many lines run along each other that it takes too much memory to note them with each edge.
+    #[error(
+        "so many lines run along each other at ({}, {}) that edges take {needed} MiB of memory or more to know all of theirs, and \
+         {budget} MiB are allowed; leave out those that are there more than once, or allow more",
+        point.x, point.y, needed = needed.div_ceil(1 << 20), budget = budget >> 20
+    )]
+    Overlaps {
+        /// A vertex that they run through.
+        point: Point,
+        /// Bytes needed at least.
+        needed: u64,
+        /// Bytes allowed.
+        budget: u64,
+    },
     /// Segments cross where no vertex lies.
     #[error(
         "{count} pairs of segments cross: {}; let them meet in a point, leave one of them out, or have them split where they \
@@ -224,9 +238,6 @@ pub enum BuildError {
         /// Bytes allowed.
         budget: u64,
     },
-    /// All points lie on one line, so that there are no triangles to have the segments as edges.
-    #[error("all points lie on one line; segments between them cannot be kept in a file without triangles")]
-    CollinearConstraints,
     /// The end of a segment is not a point.
     #[error("an end of segment {segment} at ({}, {}) is no valid point", point.x, point.y)]
     InvalidEnd {

@@ -66,6 +66,7 @@ pub use crossings::{Crossing, SplitError};
 pub use error::BuildError;
 pub use inverted::Inverted;
 pub use options::{BuildOptions, Crossings, Duplicates, Phase, Progress, UnknownDuplicates};
+pub use split_lines::{LinesToSplit, SplitLines};
 pub use summary::{BuildSummary, LevelSummary, PhaseSummary, Waits};
 
 /// The generation that a new file starts with.

@@ -11,15 +11,15 @@
 use std::cmp::Ordering;
 
 use super::BuildError;
-use super::crossings::{Bent, split};
+use super::crossings::{Bent, Points, SplitError, split};
 use super::segments::{NO_Z, SegmentSpool};
-use crate::geometry::Point;
+use crate::geometry::{Point, Rect};
 use crate::input::PointBatch;
-use crate::store::EdgeSource;
+use crate::store::{EdgeSource, LineBatch};
 
 /// Bytes of a segment, and of a crossing, while segments are split.
 const BYTES: u64 = 300;
-/// Points of a batch.
+/// Pieces and points of a batch.
 const BATCH: usize = 8192;
 
 /// A segment before it was split.
@@ -31,71 +31,188 @@ struct Line {
     z: [f64; 2],
 }
 
-/// What was made of segments that crossed.
+/// Segments that are to be split where they cross, as a build splits them.
+///
+/// ```
+/// use delaunay_tiles::build::{BuildError, LinesToSplit};
+/// use delaunay_tiles::geometry::Point;
+/// use delaunay_tiles::store::{EdgeSource, LineBatch, LineKind};
+///
+/// let line = |[a, b, c, d]: [f64; 4]| [Point::new(a, b), Point::new(c, d)];
+/// let wall = |number| EdgeSource::new(LineKind::Wall, number);
+/// let mut lines = LinesToSplit::new(1 << 20);
+/// let crossing = LineBatch {
+///     ends: vec![line([0.0, 0.0, 4.0, 4.0]), line([0.0, 4.0, 4.0, 0.0])],
+///     sources: vec![wall(0), wall(1)],
+/// };
+/// lines.push(&crossing, &[])?;
+/// // There are no other points.
+/// let split = lines.split(|_, _| Ok::<_, BuildError>(()))?;
+/// assert_eq!(split.crossings(), 1);
+/// assert_eq!(split.points(0).next().unwrap().points, [Point::new(2.0, 2.0)]);
+/// assert_eq!(split.pieces().next().unwrap().ends.len(), 4);
+/// # Ok::<(), BuildError>(())
+/// ```
 #[derive(Debug)]
-pub(super) struct SplitLines {
+pub struct LinesToSplit {
     lines: Vec<Line>,
-    /// The pieces, each with the number of its line.
-    pieces: Vec<Bent<u32>>,
-    /// The points at which lines were cut, in lexicographic order.
-    points: Vec<Point>,
-    /// Pairs that crossed.
-    pub(super) crossings: u64,
+    /// Bytes that it may take.
+    memory: u64,
 }
 
-impl SplitLines {
-    /// Splits all segments, within so many bytes. None: they do not cross.
-    pub(super) fn of(segments: &mut SegmentSpool, budget: u64) -> Result<Option<Self>, BuildError> {
-        let needed = segments.len().saturating_mul(BYTES);
-        if needed > budget {
-            return Err(BuildError::SplitMemory { needed, budget });
+impl LinesToSplit {
+    /// None yet; in so many bytes of memory, of which a segment takes about 300, and so does a crossing.
+    #[must_use]
+    pub fn new(memory: u64) -> Self {
+        Self {
+            lines: Vec::new(),
+            memory,
         }
-        let mut lines: Vec<Line> = Vec::with_capacity(segments.len() as usize);
-        let z = segments.z_of_ends()?;
-        segments.for_each_chunk(|some| {
-            for segment in some {
-                lines.push(Line {
-                    ends: segment.ends,
-                    source: segment.source,
-                    z: z.get(lines.len()).copied().unwrap_or([NO_Z; 2]),
-                });
-            }
-            Ok(())
-        })?;
-        drop(z);
+    }
+
+    /// Takes segments, and z at both ends of those that have any: NaN stands for none, and so does a list that is too short. Segments
+    /// of no length are nothing to split.
+    ///
+    /// # Errors
+    /// If they do not fit in memory.
+    pub fn push(&mut self, batch: &LineBatch, z: &[[f64; 2]]) -> Result<(), BuildError> {
+        let z = z.iter().copied().chain(std::iter::repeat([NO_Z; 2]));
+        let lines = batch.ends.iter().zip(&batch.sources).zip(z);
+        let lines = lines.map(|((ends, &source), z)| Line {
+            ends: ends.map(Point::normalized),
+            source,
+            z,
+        });
+        self.lines.extend(lines.filter(|line| line.ends[0] != line.ends[1]));
+        let needed = self.lines.len() as u64 * BYTES;
+        match needed > self.memory {
+            true => Err(BuildError::SplitMemory {
+                needed,
+                budget: self.memory,
+            }),
+            false => Ok(()),
+        }
+    }
+
+    /// Splits them, and at other vertices too, where they lie on those that are bent: `points` gives, as often as it is asked, all
+    /// points and sites of the input within a rectangle, or more, some at a time. Ends of segments may be among them.
+    ///
+    /// # Errors
+    /// If there are more crossings than fit in memory, or no end of them; or what `points` says.
+    pub fn split<E: From<BuildError>>(
+        self,
+        mut points: impl FnMut(Rect, &mut dyn FnMut(&[Point])) -> Result<(), E>,
+    ) -> Result<SplitLines, E> {
+        self.split_at(&mut |within, take| points(within, take).map_err(Stopped::Points))
+            .map_err(|stopped| match stopped {
+                Stopped::Split(error) => BuildError::Split(error).into(),
+                Stopped::Points(error) => error,
+            })
+    }
+
+    fn split_at<E: From<SplitError>>(self, points: &mut Points<'_, E>) -> Result<SplitLines, E> {
+        let Self { lines, memory } = self;
         let bent = lines.iter().zip(0..).map(|(line, carried)| Bent {
             ends: line.ends,
             carried,
         });
         let mut pieces: Vec<Bent<u32>> = bent.collect();
-        let done = split(&mut pieces, ((budget - needed) / BYTES) as usize)?;
-        let is_split = !done.points.is_empty();
-        Ok(is_split.then(|| Self {
+        let left = memory.saturating_sub(lines.len() as u64 * BYTES);
+        let done = split(&mut pieces, (left / BYTES) as usize, points)?;
+        Ok(SplitLines {
             lines,
             pieces,
             points: done.points,
             crossings: done.crossings.iter().sum(),
-        }))
+        })
+    }
+}
+
+/// Why segments are not split.
+enum Stopped<E> {
+    Split(SplitError),
+    Points(E),
+}
+
+impl<E> From<SplitError> for Stopped<E> {
+    fn from(error: SplitError) -> Self {
+        Self::Split(error)
+    }
+}
+
+/// What was made of segments that crossed.
+#[derive(Debug)]
+pub struct SplitLines {
+    lines: Vec<Line>,
+    /// The pieces, each with the number of its line.
+    pieces: Vec<Bent<u32>>,
+    /// The points at which lines were cut, in lexicographic order.
+    points: Vec<Point>,
+    crossings: u64,
+}
+
+impl SplitLines {
+    /// Splits all segments of a spool, within so many bytes; `points` are other vertices. None: they do not cross.
+    pub(super) fn of(
+        segments: &mut SegmentSpool,
+        budget: u64,
+        points: &mut Points<'_, BuildError>,
+    ) -> Result<Option<Self>, BuildError> {
+        let needed = segments.len().saturating_mul(BYTES);
+        if needed > budget {
+            return Err(BuildError::SplitMemory { needed, budget });
+        }
+        let mut lines = LinesToSplit::new(budget);
+        lines.lines.reserve_exact(segments.len() as usize);
+        let z = segments.z_of_ends()?;
+        segments.for_each_chunk(|some| {
+            for segment in some {
+                lines.lines.push(Line {
+                    ends: segment.ends,
+                    source: segment.source,
+                    z: z.get(lines.lines.len()).copied().unwrap_or([NO_Z; 2]),
+                });
+            }
+            Ok(())
+        })?;
+        drop(z);
+        Ok(Some(lines.split_at(points)?).filter(|split| !split.points.is_empty()))
+    }
+
+    /// How many pairs crossed.
+    #[must_use]
+    pub fn crossings(&self) -> u64 {
+        self.crossings
+    }
+
+    /// The pieces, which do not cross, each with the source of its segment.
+    pub fn pieces(&self) -> impl Iterator<Item = LineBatch> {
+        self.pieces.chunks(BATCH).map(|pieces| LineBatch {
+            ends: pieces.iter().map(|piece| piece.ends).collect(),
+            sources: pieces.iter().map(|piece| self.line(piece).source).collect(),
+        })
+    }
+
+    fn line(&self, piece: &Bent<u32>) -> Line {
+        self.lines[piece.carried as usize]
     }
 
     /// Puts the pieces into a spool, in the order of their lines.
     pub(super) fn push_pieces(&self, spool: &mut SegmentSpool) -> Result<(), BuildError> {
-        let line = |piece: &Bent<u32>| self.lines[piece.carried as usize];
-        for of_kind in self
-            .pieces
-            .chunk_by(|a, b| line(a).source.kind() == line(b).source.kind())
-        {
+        let kind = |piece: &Bent<u32>| self.line(piece).source.kind();
+        for of_kind in self.pieces.chunk_by(|a, b| kind(a) == kind(b)) {
             let ends: Vec<[Point; 2]> = of_kind.iter().map(|piece| piece.ends).collect();
-            let lines: Vec<u64> = of_kind.iter().map(|piece| line(piece).source.number()).collect();
-            spool.push(&ends, &[], line(&of_kind[0]).source.kind(), &lines)?;
+            let lines: Vec<u64> = of_kind.iter().map(|piece| self.line(piece).source.number()).collect();
+            spool.push(&ends, &[], kind(&of_kind[0]), &lines)?;
         }
         Ok(())
     }
 
-    /// The points at which lines were cut, with ascending record numbers from this one on, and with z if any of them has.
-    pub(super) fn into_points(self, first_record: u64) -> impl Iterator<Item = PointBatch> {
+    /// The points at which segments were cut, in lexicographic order, with record numbers from this one on, and with z if
+    /// any segment has.
+    pub fn points(&self, first_record: u64) -> impl Iterator<Item = PointBatch> {
         let z = self.z();
-        let points = self.points;
+        let points = &self.points;
         (0..points.len()).step_by(BATCH).map(move |start| {
             let end = points.len().min(start + BATCH);
             PointBatch {
@@ -221,7 +338,7 @@ mod tests {
                 carried,
             });
             let mut pieces: Vec<Bent<u32>> = bent.collect();
-            let done = split(&mut pieces, 100).unwrap();
+            let done = split::<_, SplitError>(&mut pieces, 100, &mut |_, _| Ok(())).unwrap();
             let split = SplitLines {
                 lines,
                 pieces,

@@ -135,8 +135,11 @@ fn what_crosses_is_split_alike() {
     }
 }
 
+/// Lines of a kind from a number on, with z at their ends or none.
+type LineSet<'a> = (LineKind, u64, &'a [Segment], &'a [[f64; 2]]);
+
 /// z of the vertices of a build from lines of several kinds, whose batches have z or none.
-async fn heights(sets: &[(LineKind, u64, &[Segment], &[[f64; 2]])], tile_vertices: usize) -> Vec<(Point, Option<f64>)> {
+async fn heights(sets: &[LineSet<'_>], tile_vertices: usize) -> Vec<(Point, Option<f64>)> {
     let scratch = Scratch::new();
     let options = BuildOptions {
         tile_vertices,
@@ -194,6 +197,37 @@ fn crossing_points_have_the_z_of_the_first_line_that_has_some() {
             let none = heights(&sets, tile_vertices);
             assert!(none.await.iter().all(|(_, z)| z.is_none()));
         }
+    });
+}
+
+/// A line that is bent at a crossing still goes through the points and sites that lie on it, in memory and on the disk.
+#[test]
+fn points_on_lines_that_are_bent_stay_on_them() {
+    let p = Point::new;
+    let lines = numbered(vec![
+        [p(0.0, 0.0), p(9.0, 3.0)],
+        [p(5.0, -1.0), p(4.0, 3.0)],
+        [p(0.0, 10.0), p(1.0, 10.0)],
+    ]);
+    let mut random = Random(4);
+    // None of them lies on these lines.
+    let mut points: Vec<Point> = (0..60_000).map(|_| p(random.unit() + 20.0, random.unit())).collect();
+    points.splice(30_000..30_000, [p(6.0, 2.0), p(3.0, 1.0)]);
+    runtime().block_on(async {
+        let mut digests = Vec::new();
+        for way in [
+            (500, 1 << 16, 2, ENOUGH),
+            (500, 1 << 16, 2, 3 << 19),
+            (1 << 16, 1 << 16, 1, ENOUGH),
+        ] {
+            for lines in [&lines, &turned(&lines)] {
+                let (summary, digest) = build(&points, lines, Crossings::Split, way).await.unwrap();
+                assert_eq!((summary.crossings, summary.constraint_edges), (1, 4 + 2 + 1));
+                assert_eq!(summary.blocks > 1, way.3 < ENOUGH);
+                digests.push(digest);
+            }
+        }
+        assert!(digests.windows(2).all(|pair| pair[0] == pair[1]));
     });
 }
 
