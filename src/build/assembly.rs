@@ -14,14 +14,15 @@ use tokio::sync::{mpsc, oneshot};
 
 use super::border_log::BorderLog;
 use super::borders::RegionTotals;
-use super::budget::{self, Load, Shares};
+use super::budget::{self, DiskLoad, Load, Shares};
 use super::conquest::{Conquest, ConquestLimits};
 use super::constrain::Deferral;
 use super::edit::{EditError, EditSummary, edit};
 use super::intake::{Points, Terms};
+use super::inverted;
 use super::journal::{FinishedBlocks, JournalReader, SavedPlan};
 use super::leaf::LeafRules;
-use super::options::DuplicateRule;
+use super::options::{Crossings, DuplicateRule};
 use super::output::{Journal, Output};
 use super::pipeline;
 use super::point_store::PointStore;
@@ -138,8 +139,15 @@ impl Assembly {
             spill::check_runs(&plan.blocks[finished.blocks as usize..], self.folder.spill())?;
         }
         let unfinished = plan.blocks[finished.blocks as usize..].iter();
-        let run_bytes = unfinished.flat_map(|block| &block.runs).map(|run| run.length).sum();
-        budget::check_disk(&self.folder, plan.points - finished.points, run_bytes, plan.has_z)?;
+        let run_bytes: u64 = unfinished.flat_map(|block| &block.runs).map(|run| run.length).sum();
+        let load = DiskLoad {
+            points: plan.points - finished.points,
+            has_z: plan.has_z,
+            segments: segments.len(),
+            segment_bytes: segments.disk_bytes(),
+            spilled_bytes: run_bytes + segments.spilled_bytes(),
+        };
+        budget::check_disk(&self.folder, load)?;
         if has_journal && !is_resumed {
             let saved = SavedPlan {
                 identity: self.options.identity(),
@@ -269,7 +277,7 @@ impl Assembly {
         let tree = plan.tree.with_leaves_cut(&trees);
         let ends = found.blocks.iter().map(|block| block.ends).sum();
         let (cores, borders) = output.extents();
-        let directory = self.directory(tree, &tiles, cores, borders, ends, regions);
+        let directory = self.directory(tree, &tiles, cores, borders, ends, &regions);
         let bytes = |extents: &[Extent]| extents.iter().map(|e| u64::from(e.length)).sum::<u64>();
         let [log_read, log_written] = conquest.log.lock().traffic();
         let core_bytes = bytes(&cores[first_tile as usize..]) + output.journal_bytes() + log_written;
@@ -286,6 +294,17 @@ impl Assembly {
                 edited
             }
         };
+        let first_inverted = match deferred.is_empty() {
+            true => inverted::first(&path, &regions.with_inverted, self.options.memory).await?,
+            false => edited.first_inverted,
+        };
+        let inverted_regions = regions.inverted_regions + edited.inverted_regions;
+        if let Some(first) = first_inverted.filter(|_| self.options.crossings == Crossings::Error) {
+            return Err(BuildError::Inverted {
+                first,
+                regions: inverted_regions,
+            });
+        }
         if self.options.progress.is_cancelled() {
             return Err(BuildError::Cancelled);
         }
@@ -323,6 +342,8 @@ impl Assembly {
             regions: metadata.regions,
             hole_regions: metadata.hole_regions,
             hole_triangles: metadata.hole_triangles,
+            inverted_regions,
+            first_inverted,
             held_triangles: found.blocks.iter().map(|block| block.held_triangles).sum(),
             deferred_segments: deferred.len() as u64,
             tiles: directory.tiles.len() as u64,
@@ -403,7 +424,14 @@ impl Assembly {
             let _ = &folder;
             progress.is_cancelled()
         };
-        let mut edited = edit(path.to_owned(), segments, Vec::new(), self.options.memory, is_cancelled).await?;
+        let mut edited = edit(
+            path.to_owned(),
+            segments,
+            Vec::new(),
+            self.options.memory,
+            (true, is_cancelled),
+        )
+        .await?;
         if edited.bytes_appended > edited.file_bytes / UNUSED_SHARE {
             let reader = TileReader::open(path, OpenOptions::default().memory(self.options.memory)).await;
             let reader = reader.map_err(EditError::Read)?;
@@ -441,7 +469,7 @@ impl Assembly {
         cores: &[Extent],
         borders: &[Extent],
         ends: u64,
-        regions: RegionTotals,
+        regions: &RegionTotals,
     ) -> Directory {
         let extents = cores.iter().zip(borders);
         let entry = |(tile, (&core, &border)): (&TileState, (&Extent, &Extent))| TileEntry {

@@ -24,6 +24,8 @@ pub(super) struct Border {
     pub(super) hole_triangles: u64,
     /// Holes that are closed components of the core.
     pub(super) closed_holes: u64,
+    /// Closed components of the core whose depth is negative.
+    pub(super) closed_inverted: u64,
 }
 
 /// The regions of a tile.
@@ -43,7 +45,12 @@ pub(super) fn assemble(
     regions: Option<TileRegions<'_>>,
 ) -> Border {
     let (neighbours, core_links) = link(mesh);
-    let edges = group.edges_of(tile);
+    let along = group.edges_of(tile);
+    let along = along.map(|(ends, source)| (ends.map(|id| mesh.corner(id)), source));
+    let (edges, edge_sources) = match mesh.sides.is_empty() {
+        true => edges(along.collect()),
+        false => (Vec::new(), edge_sources(mesh, along)),
+    };
     let mut draft = BorderDraft {
         vertices: state.vertices,
         core_triangles: state.core_triangles,
@@ -53,20 +60,17 @@ pub(super) fn assemble(
         neighbours,
         core_links,
         constraints: mesh.late.iter().map(Late::side_bits).collect(),
-        edge_sources: edge_sources(
-            mesh,
-            edges.map(|(ends, source)| (ends.map(|id| mesh.corner(id)), source)),
-        ),
+        edge_sources,
+        edges,
         ..BorderDraft::default()
     };
-    let (mut hole_triangles, mut closed_holes) = (0, 0);
+    let (mut hole_triangles, mut closed_holes, mut closed_inverted) = (0, 0, 0);
     if let Some(TileRegions { all, seeded }) = regions {
         let anchors: Vec<Anchor> = group.anchors_of(tile).collect();
         let of_core = all.of_core(tile, state, &anchors, seeded);
-        closed_holes = of_core[state.open_components as usize..]
-            .iter()
-            .filter(|region| region.is_hole)
-            .count() as u64;
+        let closed = || of_core[state.open_components as usize..].iter();
+        closed_holes = closed().filter(|region| region.is_hole).count() as u64;
+        closed_inverted = closed().filter(|region| region.depth < 0).count() as u64;
         let in_holes = of_core.iter().zip(&anchors).filter(|(region, _)| region.is_hole);
         hole_triangles = in_holes.map(|(_, anchor)| u64::from(anchor.triangles)).sum();
         let of_late = mesh.late.iter().map(|late| all.of_late(late.number));
@@ -83,6 +87,7 @@ pub(super) fn assemble(
         bounds: mesh.bounds,
         hole_triangles,
         closed_holes,
+        closed_inverted,
     }
 }
 
@@ -124,6 +129,17 @@ fn edge_sources(mesh: &BorderMesh, edges: impl Iterator<Item = ([u32; 2], EdgeSo
         .collect();
     sources.sort_unstable();
     sources
+}
+
+/// The edges of a tile without triangles, and the place of each with each of its sources.
+fn edges(mut along: Vec<([u32; 2], EdgeSource)>) -> (Vec<[u32; 2]>, Vec<(u32, EdgeSource)>) {
+    along.sort_unstable();
+    let (mut edges, mut sources) = (Vec::new(), Vec::new());
+    for ((ends, of_edge), place) in along.chunk_by(|a, b| a.0 == b.0).map(|all| (all[0].0, all)).zip(0..) {
+        edges.push(ends);
+        sources.extend(of_edge.iter().map(|&(_, source)| (place, source)));
+    }
+    (edges, sources)
 }
 
 /// The sides across those of the late triangles, and the pairs of core and border sides.

@@ -77,11 +77,13 @@ impl Late {
 
 impl BorderMesh {
     /// Of a tile, from what the border log has of its group.
-    pub(super) fn of(tile: TileId, state: &TileState, group: &GroupBorders) -> Self {
+    ///
+    /// Without triangles, an edge may lead to a vertex of another tile: the next one on the line.
+    pub(super) fn of(tile: TileId, state: &TileState, group: &GroupBorders, next: Option<SeamVertex>) -> Self {
         let vertices = state.vertices;
         let triangles: Vec<LateTriangle> = group.triangles_of(tile).collect();
         let corners = triangles.iter().flat_map(|t| t.corners);
-        let mut foreign: Vec<SeamVertex> = corners.filter(|v| v.id.tile != tile).collect();
+        let mut foreign: Vec<SeamVertex> = corners.filter(|v| v.id.tile != tile).chain(next).collect();
         foreign.sort_unstable_by_key(|v| v.id);
         foreign.dedup_by_key(|v| v.id);
         let mut this = Self {

@@ -3,7 +3,7 @@
 //! Where there are segments it is read twice: what belongs together is known only when all of it was seen, and each border says
 //! of its triangles, and of its core's components, which regions they are of.
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
 
 use parking_lot::Mutex;
@@ -12,6 +12,7 @@ use super::border::{Border, TileRegions, assemble};
 use super::border_log::{BorderLog, GroupBorders};
 use super::border_mesh::BorderMesh;
 use super::conquest::Conquest;
+use super::node::SeamVertex;
 use super::ordered::{Closed, Ordered};
 use super::output::{Extent, Sender};
 use super::pipeline::on_threads;
@@ -21,7 +22,7 @@ use crate::io::Buffers;
 use crate::store::{Component, TileId, by_tile};
 
 /// The regions of a file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct RegionTotals {
     /// All; 0 where they are not told apart.
     pub(super) regions: u64,
@@ -29,6 +30,10 @@ pub(super) struct RegionTotals {
     pub(super) spanning: u64,
     pub(super) hole_regions: u64,
     pub(super) hole_triangles: u64,
+    /// Those that are covered by less than nothing.
+    pub(super) inverted_regions: u64,
+    /// Tiles that have triangles of these, in any order.
+    pub(super) with_inverted: Vec<TileId>,
 }
 
 /// Assembles the borders of all tiles, group by group, and sends them in order.
@@ -43,10 +48,13 @@ pub(super) fn write_borders(
     let mut seeded = std::mem::take(&mut conquest.found.lock().seeded);
     seeded.sort_unstable();
     let seeded = Seeded::of(&seeded);
+    let nexts = std::mem::take(&mut conquest.found.lock().next_on_line);
     let mut kept = VecDeque::new();
     let is_whole = conquest.deferral.is_empty();
     let regions = match conquest.rules.has_regions && is_whole {
-        true => Some(find_regions(&mut log, tiles, conquest, &seeded, threads, &mut kept)?),
+        true => Some(find_regions(
+            &mut log, tiles, conquest, &seeded, &nexts, threads, &mut kept,
+        )?),
         false => None,
     };
     let totals = Mutex::new(
@@ -56,7 +64,8 @@ pub(super) fn write_borders(
                 regions: regions.count,
                 spanning: regions.spanning().len() as u64,
                 hole_regions: regions.spanning().iter().filter(|region| region.is_hole).count() as u64,
-                hole_triangles: 0,
+                inverted_regions: regions.spanning().iter().filter(|region| region.depth < 0).count() as u64,
+                ..RegionTotals::default()
             }),
     );
     let borders = Ordered::new(0, 2 * threads as u32, |_, border| {
@@ -73,7 +82,7 @@ pub(super) fn write_borders(
                 log.forget_group(number);
                 group
             }
-            None => Group::of(log.take_group(number).map_err(cannot)?, tiles, threads)?,
+            None => Group::of(log.take_group(number).map_err(cannot)?, tiles, &nexts, threads)?,
         };
         let states = &mut tiles[group.tiles().start as usize..group.tiles().end as usize];
         let next = Mutex::new(group.tiles().zip(states).zip(&meshes));
@@ -102,6 +111,10 @@ pub(super) fn write_borders(
                     let mut totals = totals.lock();
                     totals.hole_regions += border.closed_holes;
                     totals.hole_triangles += border.hole_triangles;
+                    totals.inverted_regions += border.closed_inverted;
+                    if border.draft.regions.iter().any(|region| region.depth < 0) {
+                        totals.with_inverted.push(tile);
+                    }
                 }
                 let encoded = border.draft.encode(tile, GENERATION, &buffers);
                 if borders.put(number, encoded).is_err() {
@@ -115,6 +128,9 @@ pub(super) fn write_borders(
     Ok(totals.into_inner())
 }
 
+/// Without triangles: of tiles, the vertex of another one that an edge leads to.
+pub(super) type Nexts = HashMap<TileId, SeamVertex>;
+
 /// What the border log has of a group of tiles, and what lies around each of these.
 struct Group {
     borders: GroupBorders,
@@ -122,7 +138,7 @@ struct Group {
 }
 
 impl Group {
-    fn of(borders: GroupBorders, tiles: &[TileState], threads: usize) -> Result<Self, BuildError> {
+    fn of(borders: GroupBorders, tiles: &[TileState], nexts: &Nexts, threads: usize) -> Result<Self, BuildError> {
         let mut meshes: Vec<_> = borders.tiles().map(|_| None).collect();
         let next = Mutex::new(borders.tiles().zip(&mut meshes));
         let work = || {
@@ -130,7 +146,8 @@ impl Group {
                 let Some((tile, mesh)) = next.lock().next() else {
                     return;
                 };
-                *mesh = Some(BorderMesh::of(TileId(tile), &tiles[tile as usize], &borders));
+                let next = nexts.get(&TileId(tile)).copied();
+                *mesh = Some(BorderMesh::of(TileId(tile), &tiles[tile as usize], &borders, next));
             }
         };
         on_threads(threads, work, || {})?;
@@ -183,6 +200,7 @@ fn find_regions(
     tiles: &[TileState],
     conquest: &Conquest,
     seeded: &Seeded,
+    nexts: &Nexts,
     threads: usize,
     kept: &mut VecDeque<Group>,
 ) -> Result<Regions, BuildError> {
@@ -202,7 +220,7 @@ fn find_regions(
         }
         let group = log.read_group(number);
         let group = group.map_err(|error| BuildError::io(&conquest.spill, "read the border log in", error))?;
-        let group = Group::of(group, tiles, threads)?;
+        let group = Group::of(group, tiles, nexts, threads)?;
         let links = links_of(&finder, &group, conquest, threads)?;
         for (tile, links) in group.borders.tiles().zip(&links) {
             let tile = TileId(tile);

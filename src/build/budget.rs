@@ -36,6 +36,11 @@ pub(super) const SEGMENT_BYTES: u64 = 56;
 /// Bytes of a segment in work: pieces, marks, sources.
 const SEGMENT_WORK_BYTES: u64 = 150;
 
+/// Bytes of an edge's source in work: piece, note in the core or in the log, and their encoding.
+const SOURCE_BYTES: u64 = 80;
+/// Sources of a node's edges that any build has memory for.
+const FEW_SOURCES: u64 = 1 << 20;
+
 /// The most points of a block: more would gain nothing, and a build that goes on would lose more.
 const MAX_BLOCK: u64 = 1 << 22;
 
@@ -101,6 +106,19 @@ pub(super) fn fits(options: &BuildOptions, load: Load, bytes: u64) -> bool {
 /// Whether points that are still to come can stay in memory.
 pub(super) fn points_fit(options: &BuildOptions, load: Load) -> bool {
     fits(options, load, load.points.saturating_mul(point_bytes(load.has_z)))
+}
+
+/// How often lines may run along edges of a node, all in all: each edge knows all of them. Each thread has its share of half of the
+/// memory.
+pub(super) fn most_sources(options: &BuildOptions) -> usize {
+    let share = options.memory / 2 / options.threads.max(1) as u64;
+    (share / SOURCE_BYTES).max(FEW_SOURCES) as usize
+}
+
+/// The memory of a build for which that many are not too many.
+pub(super) fn sources_memory(options: &BuildOptions, sources: u64) -> u64 {
+    let share = sources.saturating_mul(SOURCE_BYTES);
+    share.saturating_mul(2 * options.threads.max(1) as u64)
 }
 
 /// Bytes of a point in a block, without segments.
@@ -189,24 +207,47 @@ pub(super) fn resumed_shares(options: &BuildOptions, plan: &Plan) -> Result<Shar
     }
 }
 
-/// Fails if there is not enough room on the disk for what a build of so many points has still to write, of which
-/// `run_bytes` stand there already and go away meanwhile.
-///
-/// Points at one place take less; nobody knows how many there are.
-pub(super) fn check_disk(folder: &WorkFolder, points: u64, run_bytes: u64, has_z: bool) -> Result<(), BuildError> {
-    /// Bytes of a vertex in the file, as measured without z.
-    const VERTEX_BYTES: u64 = 53;
-    /// Bytes of the border log for each point, where points lie evenly.
-    const BORDER_BYTES: u64 = 5;
-    let output = points.saturating_mul(VERTEX_BYTES + if has_z { 8 } else { 0 });
-    let spilled = points.saturating_mul(BORDER_BYTES);
+/// What a build has still to write.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct DiskLoad {
+    pub(super) points: u64,
+    pub(super) has_z: bool,
+    pub(super) segments: u64,
+    /// Bytes of segments that go to the disk, while all of them are there.
+    pub(super) segment_bytes: u64,
+    /// Bytes of points and segments that stand there already, and go away meanwhile.
+    pub(super) spilled_bytes: u64,
+}
+
+impl DiskLoad {
+    /// Bytes of the file, and of what is spilled.
+    ///
+    /// Points at one place take less; nobody knows how many there are.
+    fn bytes(self) -> [u64; 2] {
+        /// Bytes of a vertex in the file, as measured without z.
+        const VERTEX_BYTES: u64 = 53;
+        /// Bytes of the border log for each point, where points lie evenly.
+        const BORDER_BYTES: u64 = 5;
+        /// Bytes of an edge's source in the file, and of a segment in the border log: a fifth of the edges are there.
+        const SOURCE_BYTES: u64 = 8;
+        let of_points = self
+            .points
+            .saturating_mul(VERTEX_BYTES + if self.has_z { 8 } else { 0 });
+        let of_segments = self.segments.saturating_mul(SOURCE_BYTES);
+        let log = self.points.saturating_mul(BORDER_BYTES).saturating_add(of_segments);
+        let spilled = log.saturating_add(self.segment_bytes);
+        [of_points.saturating_add(of_segments), spilled]
+    }
+}
+
+/// Fails if there is not enough room on the disk for what a build has still to write.
+pub(super) fn check_disk(folder: &WorkFolder, load: DiskLoad) -> Result<(), BuildError> {
+    let [output, spilled] = load.bytes();
+    let there = load.spilled_bytes;
     let needs = if folder.spill() == folder.path() {
-        vec![(folder.path(), output.saturating_add(spilled).saturating_sub(run_bytes))]
+        vec![(folder.path(), output.saturating_add(spilled).saturating_sub(there))]
     } else {
-        vec![
-            (folder.path(), output),
-            (folder.spill(), spilled.saturating_sub(run_bytes)),
-        ]
+        vec![(folder.path(), output), (folder.spill(), spilled.saturating_sub(there))]
     };
     for (path, needed) in needs {
         // Where the system does not tell, nothing is lost.
@@ -266,4 +307,32 @@ fn kibibytes(file: &str, key: &str) -> Option<u64> {
     let line = text.lines().find_map(|line| line.strip_prefix(key))?;
     let number: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
     Some(number * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_disk_has_room_for_segments_too() {
+        let points = DiskLoad {
+            points: 1000,
+            ..DiskLoad::default()
+        };
+        assert_eq!(points.bytes(), [53_000, 5000]);
+        let with_segments = DiskLoad {
+            segments: 500,
+            segment_bytes: 500 * 60,
+            has_z: true,
+            ..points
+        };
+        assert_eq!(with_segments.bytes(), [61_000 + 4000, 5000 + 4000 + 30_000]);
+        let absurd = DiskLoad {
+            points: u64::MAX,
+            segments: u64::MAX,
+            segment_bytes: u64::MAX,
+            ..points
+        };
+        assert_eq!(absurd.bytes(), [u64::MAX; 2]);
+    }
 }

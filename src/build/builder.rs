@@ -6,13 +6,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use super::assembly::{Assembly, Given};
-use super::budget;
-use super::crossings::{Bent, split};
+use super::budget::{self, DiskLoad};
 use super::intake::{Intake, Terms};
 use super::journal::SavedPlan;
 use super::options::Crossings;
 use super::segments::SegmentSpool;
 use super::sites::Sites;
+use super::split_lines::SplitLines;
 use super::work_folder::WorkFolder;
 use super::{BuildError, BuildOptions, BuildSummary, Description, Phase};
 use crate::geometry::Point;
@@ -127,7 +127,16 @@ impl Builder {
     /// If there is not enough room on the disk for so many points, or the memory is too small for any work.
     pub fn expect(&mut self, points: u64, mut sample: Vec<Point>) -> Result<(), BuildError> {
         sample.retain(|point| point.is_valid());
-        budget::check_disk(&self.terms.folder, points, 0, false)?;
+        let [by_ends, _] = self.segments.counts();
+        // Ends become points, two of which are one vertex in a chain.
+        let load = DiskLoad {
+            points: points.saturating_add(by_ends).saturating_add(self.sites.count()),
+            segments: self.segments.len(),
+            segment_bytes: self.segments.disk_bytes(),
+            spilled_bytes: self.segments.spilled_bytes(),
+            has_z: false,
+        };
+        budget::check_disk(&self.terms.folder, load)?;
         self.intake.expect(points, sample, &self.terms)
     }
 
@@ -262,43 +271,24 @@ impl Builder {
 
     /// Splits segments where they cross, and pushes the crossing points. Returns the next record number.
     async fn split_crossings(&mut self, first_record: u64) -> Result<u64, BuildError> {
-        /// Bytes of a segment, and of a crossing, while segments are split.
-        const BYTES: u64 = 240;
-        let (needed, budget) = (self.segments.len().saturating_mul(BYTES), self.terms.options.memory);
-        if needed > budget {
-            return Err(BuildError::SplitMemory { needed, budget });
-        }
-        let mut segments = Vec::with_capacity(self.segments.len() as usize);
-        self.segments.for_each_chunk(|some| {
-            segments.extend(some.iter().map(|segment| Bent {
-                ends: segment.ends,
-                carried: segment.source,
-            }));
-            Ok(())
-        })?;
-        let limit = (budget - needed) / BYTES;
-        let done = split(&mut segments, limit as usize)?;
-        if done.points.is_empty() {
+        let (arrived, sites) = (self.intake.arrived(&self.terms).await?, self.sites.points());
+        let mut points = |within, take: &mut dyn FnMut(&[Point])| {
+            take(sites);
+            arrived.for_each(within, take)
+        };
+        let split = SplitLines::of(&mut self.segments, self.terms.options.memory, &mut points)?;
+        let Some(lines) = split else {
             return Ok(first_record);
-        }
-        self.given.crossings = done.crossings.iter().sum();
+        };
+        self.given.crossings = lines.crossings();
         self.segments = SegmentSpool::new(self.terms.folder.spill(), self.memory / SEGMENTS_SHARE);
-        for of_kind in segments.chunk_by(|a, b| a.carried.kind() == b.carried.kind()) {
-            let ends: Vec<[Point; 2]> = of_kind.iter().map(|segment| segment.ends).collect();
-            let lines: Vec<u64> = of_kind.iter().map(|segment| segment.carried.number()).collect();
-            self.segments.push(&ends, &[], of_kind[0].carried.kind(), &lines)?;
-        }
+        lines.push_pieces(&mut self.segments)?;
         self.reserve()?;
         let mut record = first_record;
-        for points in done.points.chunks(8192) {
-            let next = record + points.len() as u64;
-            let batch = PointBatch {
-                points: points.to_vec(),
-                z: Vec::new(),
-                records: (record..next).collect(),
-            };
+        for batch in lines.points(first_record) {
+            record += batch.points.len() as u64;
+            self.given.has_z |= !batch.z.is_empty();
             self.intake.push(&batch, &self.terms).await?;
-            record = next;
         }
         Ok(record)
     }

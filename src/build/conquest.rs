@@ -9,8 +9,9 @@ use bytes::Bytes;
 use parking_lot::Mutex;
 
 use super::border_log::BorderLog;
-use super::budget::{HELD_WORK_BYTES, SEAM_WORK_BYTES};
-use super::constrain::{Crossed, Deferral, Final};
+use super::borders::Nexts;
+use super::budget::{HELD_WORK_BYTES, SEAM_WORK_BYTES, most_sources, sources_memory};
+use super::constrain::{Crossed, Deferral, DoneEdge, Final, Overlaps, Pending, Refusal};
 use super::crossings::{FirstCrossings, LeafLines, in_leaves};
 use super::divide::{Division, divide};
 use super::growth::SeamGrowth;
@@ -76,6 +77,8 @@ pub(super) struct Found {
     crossings: FirstCrossings,
     /// Two of them that one insertion met.
     crossed: Option<Crossed>,
+    /// Without triangles: of tiles, the vertex of another one that an edge leads to.
+    pub(super) next_on_line: Nexts,
     /// Tiles, and components of theirs that seeds lie in.
     pub(super) seeded: Vec<(u32, u32)>,
     /// When the first block was divided.
@@ -101,6 +104,7 @@ impl Conquest {
             self.options.engine.create(),
             self.buffers.clone(),
             Arc::clone(&self.deferral),
+            most_sources(&self.options),
         );
         while let Some(task) = self.board.take() {
             let done = match task {
@@ -259,7 +263,7 @@ impl Conquest {
             Err(error) => return self.refuse(error),
         };
         if place.cell == Rect::PLANE {
-            self.check_root(&leaf.seam)?;
+            self.take_pieces(&leaf.seam.pending)?;
         }
         let core = workspace.core.encode(tile, GENERATION, &workspace.buffers);
         let (vertices, settled) = (workspace.core.points.len(), workspace.core.triangles.len());
@@ -307,10 +311,10 @@ impl Conquest {
         let merged = merge(workspace, seams, place.cell);
         let (Final { triangles: late, edges }, seam) = match merged {
             Ok(merged) => merged,
-            Err(crossed) => return self.refuse(crossed.into()),
+            Err(refusal) => return self.refuse(refusal.into()),
         };
         if place.cell == Rect::PLANE {
-            self.check_root(&seam)?;
+            self.take_pieces(&seam.pending)?;
         }
         let mut log = self.log.lock();
         let appended = log.append_triangles(&late).and_then(|()| log.append_edges(&edges));
@@ -334,10 +338,18 @@ impl Conquest {
     fn refuse(&self, error: LeafError) -> Result<(), Closed> {
         match error {
             // What there is to be told of it, the leaves that own the crossing points know.
-            LeafError::Crossed(crossed) => {
+            LeafError::Refused(Refusal::Crossed(crossed)) => {
                 self.found.lock().crossed = Some(crossed);
                 self.board.only_divide();
                 Ok(())
+            }
+            LeafError::Refused(Refusal::Overlaps(Overlaps { sources, place })) => {
+                self.fail(BuildError::Overlaps {
+                    point: place,
+                    needed: sources_memory(&self.options, sources),
+                    budget: self.options.memory,
+                });
+                Err(Closed)
             }
             LeafError::OpenRing(source) => {
                 self.fail(BuildError::OpenRing {
@@ -348,13 +360,21 @@ impl Conquest {
         }
     }
 
-    /// At the root all constraints are in, unless there are no triangles to have them as edges.
-    fn check_root(&self, seam: &Seam) -> Result<(), Closed> {
-        if seam.pending.pieces.is_empty() {
+    /// At the root all constraints are in, unless there are no triangles to have them as edges: then pieces are edges.
+    fn take_pieces(&self, pending: &Pending) -> Result<(), Closed> {
+        if pending.pieces.is_empty() {
             return Ok(());
         }
-        self.fail(BuildError::CollinearConstraints);
-        Err(Closed)
+        let edges = pending.pieces.iter().map(|piece| DoneEdge {
+            ends: piece.ends.map(|place| pending.vertices[place as usize]),
+            source: piece.source,
+        });
+        let edges: Vec<DoneEdge> = edges.collect();
+        let appended = self.log.lock().append_edges(&edges);
+        self.logged(appended)?;
+        let next_on_line = edges.iter().filter_map(|edge| edge.end_elsewhere());
+        self.found.lock().next_on_line.extend(next_on_line);
+        Ok(())
     }
 
     fn logged(&self, appended: std::io::Result<()>) -> Result<(), Closed> {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::crossings::{Crossing, KEPT, SplitError};
 use super::edit::EditError;
+use super::inverted::Inverted;
 use crate::geometry::Point;
 use crate::store::EdgeSource;
 
@@ -128,6 +129,20 @@ pub enum BuildError {
         /// Bytes allowed.
         budget: u64,
     },
+    /// So many lines run along each other that it takes too much memory to note them with each edge.
+    #[error(
+        "so many lines run along each other at ({}, {}) that edges take {needed} MiB of memory or more to know all of theirs, and \
+         {budget} MiB are allowed; leave out those that are there more than once, or allow more",
+        point.x, point.y, needed = needed.div_ceil(1 << 20), budget = budget >> 20
+    )]
+    Overlaps {
+        /// A vertex that they run through.
+        point: Point,
+        /// Bytes needed at least.
+        needed: u64,
+        /// Bytes allowed.
+        budget: u64,
+    },
     /// Segments cross where no vertex lies.
     #[error(
         "{count} pairs of segments cross: {}; let them meet in a point, leave one of them out, or have them split where they \
@@ -199,6 +214,19 @@ pub enum BuildError {
         /// The number of the polygon's record.
         obstacle: u64,
     },
+    /// Rings of polygons are nested wrongly, so that somewhere holes are taken out of nothing.
+    #[error(
+        "obstacle {} is inside out at ({}, {}): a hole of it lies outside of it or in another of its holes, or a ring of it \
+         runs round there the other way; {regions} regions are so; put it right, or have lines split where they cross, which \
+         covers such regions too",
+        first.obstacle, first.point.x, first.point.y
+    )]
+    Inverted {
+        /// The first of them.
+        first: Inverted,
+        /// How many regions are so.
+        regions: u64,
+    },
     /// There are more late triangles than can be numbered, or telling regions apart takes too much memory.
     #[error(
         "telling the regions between segments apart takes about {needed} MiB of memory, and {budget} MiB are allowed; allow \
@@ -211,9 +239,6 @@ pub enum BuildError {
         /// Bytes allowed.
         budget: u64,
     },
-    /// All points lie on one line, so that there are no triangles to have the segments as edges.
-    #[error("all points lie on one line; segments between them cannot be kept in a file without triangles")]
-    CollinearConstraints,
     /// The end of a segment is not a point.
     #[error("an end of segment {segment} at ({}, {}) is no valid point", point.x, point.y)]
     InvalidEnd {

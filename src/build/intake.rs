@@ -11,10 +11,10 @@ use super::budget::{self, Load, Shares};
 use super::journal::SavedPlan;
 use super::options::DuplicateRule;
 use super::point_store::PointStore;
-use super::spill::{self, Limits, Plan, Spill, plan_blocks};
+use super::spill::{self, Limits, Plan, Run, Spill, plan_blocks};
 use super::work_folder::WorkFolder;
 use super::{BuildError, BuildOptions};
-use crate::geometry::Point;
+use crate::geometry::{Point, Rect};
 use crate::input::PointBatch;
 
 /// Batches that wait for the thread that distributes them.
@@ -42,11 +42,19 @@ pub(super) enum Intake {
     Resumed(Box<SavedPlan>),
 }
 
+/// What comes to the thread that distributes points.
+#[derive(Debug)]
+enum Incoming {
+    Points(PointBatch),
+    /// Write what is in memory, and say what the runs are by now.
+    Flush(oneshot::Sender<Vec<Run>>),
+}
+
 /// The thread that distributes points.
 #[derive(Debug)]
 pub(super) struct Spilling {
     /// None once all have come, or nobody takes them.
-    batches: Option<mpsc::Sender<PointBatch>>,
+    batches: Option<mpsc::Sender<Incoming>>,
     plan: Option<oneshot::Receiver<Result<Plan, BuildError>>>,
     thread: Option<thread::JoinHandle<()>>,
 }
@@ -59,6 +67,30 @@ impl Drop for Spilling {
         if let Some(thread) = self.thread.take() {
             // Whatever it had to say, nobody listens any more.
             let _ = thread.join();
+        }
+    }
+}
+
+/// The points that have come by now, to be looked through.
+pub(super) enum Arrived<'a> {
+    Memory(&'a PointStore),
+    Runs(&'a Path, Vec<Run>),
+}
+
+impl Arrived<'_> {
+    /// Gives those within a rectangle, and perhaps others.
+    pub(super) fn for_each(&self, within: Rect, take: &mut dyn FnMut(&[Point])) -> Result<(), BuildError> {
+        match self {
+            Self::Memory(store) => {
+                let points = store.items.iter().map(|item| item.point);
+                let near: Vec<Point> = points.filter(|&point| within.contains(point)).collect();
+                take(&near);
+                Ok(())
+            }
+            Self::Runs(folder, runs) => runs
+                .iter()
+                .try_for_each(|run| spill::read_points(run, folder, take))
+                .map_err(|error| BuildError::io(folder, "read points in", error)),
         }
     }
 }
@@ -127,6 +159,16 @@ impl Intake {
         Ok(())
     }
 
+    /// Those that have come by now. None came of a build that is resumed.
+    pub(super) async fn arrived<'a>(&'a mut self, terms: &'a Terms) -> Result<Arrived<'a>, BuildError> {
+        let folder = terms.folder.spill();
+        match self {
+            Self::Memory(store) => Ok(Arrived::Memory(store)),
+            Self::Spilling(spilling) => Ok(Arrived::Runs(folder, spilling.flush().await?)),
+            Self::Resumed(_) => Ok(Arrived::Runs(folder, Vec::new())),
+        }
+    }
+
     /// All points have come.
     pub(super) async fn finish(self) -> Result<Points, BuildError> {
         match self {
@@ -166,11 +208,26 @@ impl Spilling {
 
     async fn push(&mut self, batch: &PointBatch) -> Result<(), BuildError> {
         if let Some(batches) = &self.batches
-            && batches.send(batch.clone()).await.is_ok()
+            && batches.send(Incoming::Points(batch.clone())).await.is_ok()
         {
             return Ok(());
         }
         // The thread ended before its time: it knows why.
+        match self.plan().await {
+            Err(error) => Err(error),
+            Ok(_) => Err(gone()),
+        }
+    }
+
+    /// The runs of the points so far, all of which are on the disk.
+    async fn flush(&mut self) -> Result<Vec<Run>, BuildError> {
+        let (reply, runs) = oneshot::channel();
+        if let Some(batches) = &self.batches
+            && batches.send(Incoming::Flush(reply)).await.is_ok()
+            && let Ok(runs) = runs.await
+        {
+            return Ok(runs);
+        }
         match self.plan().await {
             Err(error) => Err(error),
             Ok(_) => Err(gone()),
@@ -201,7 +258,7 @@ fn cannot_spill(folder: &Path, error: std::io::Error) -> BuildError {
 /// Distributes all batches that come, and makes the plan.
 fn distribute(
     mut spill: Spill,
-    mut incoming: mpsc::Receiver<PointBatch>,
+    mut incoming: mpsc::Receiver<Incoming>,
     terms: &Terms,
     is_abandoned: impl Fn() -> bool,
 ) -> Result<Plan, BuildError> {
@@ -213,8 +270,12 @@ fn distribute(
             cannot_spill(&folder, error)
         }
     };
-    while let Some(batch) = incoming.blocking_recv() {
-        spill.push(&batch).map_err(cannot)?;
+    while let Some(incoming) = incoming.blocking_recv() {
+        match incoming {
+            Incoming::Points(batch) => spill.push(&batch).map_err(cannot)?,
+            // If nobody waits for the answer any more, nobody needs it.
+            Incoming::Flush(reply) => drop(reply.send(spill.flush().map_err(cannot)?)),
+        }
     }
     if is_abandoned() {
         return Err(BuildError::Cancelled);

@@ -1,7 +1,7 @@
 //! Conquers a leaf: its points become the core of a tile and a seam.
 
 use super::components::Components;
-use super::constrain::{Crossed, DoneEdge, Pending, Piece, constrain_leaf};
+use super::constrain::{DoneEdge, Pending, Piece, Refusal, constrain_leaf};
 use super::node::{Fate, Seam, SeamVertex, Workspace};
 use super::options::DuplicateRule;
 use super::point_store::{Attributes, Item};
@@ -54,14 +54,14 @@ pub(super) struct LeafRules {
 /// Why a leaf cannot be conquered.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum LeafError {
-    Crossed(Crossed),
+    Refused(Refusal),
     /// A ring of this obstacle does not close.
     OpenRing(EdgeSource),
 }
 
-impl From<Crossed> for LeafError {
-    fn from(crossed: Crossed) -> Self {
-        Self::Crossed(crossed)
+impl From<Refusal> for LeafError {
+    fn from(refusal: Refusal) -> Self {
+        Self::Refused(refusal)
     }
 }
 

@@ -4,13 +4,13 @@
 //! triangles of the whole and of the seams alone are the same.
 
 use super::border_log::LateTriangle;
-use super::constrain::{Crossed, Final, Pending, constrain_node};
+use super::constrain::{Final, Pending, Refusal, constrain_node};
 use super::node::{Fate, Seam, SeamVertex, Workspace};
 use crate::geometry::{Point, Rect};
 use crate::mesh::smallest_first;
 
 /// Triangulates the seams together. Returns what is final now, and the seam of the whole.
-pub(super) fn merge(workspace: &mut Workspace, mut seams: Vec<Seam>, cell: Rect) -> Result<(Final, Seam), Crossed> {
+pub(super) fn merge(workspace: &mut Workspace, mut seams: Vec<Seam>, cell: Rect) -> Result<(Final, Seam), Refusal> {
     let mut pending: Vec<Pending> = Vec::new();
     for seam in &mut seams {
         pending.push(std::mem::take(&mut seam.pending));

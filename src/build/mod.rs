@@ -33,6 +33,7 @@ mod edit;
 mod error;
 mod growth;
 mod intake;
+mod inverted;
 mod journal;
 mod leaf;
 mod merge;
@@ -49,6 +50,7 @@ mod seeds;
 mod segments;
 mod sites;
 mod spill;
+mod split_lines;
 mod summary;
 mod union;
 mod vertex_index;
@@ -64,7 +66,9 @@ pub use builder::Builder;
 pub use crossings::{Crossing, SplitError};
 pub use edit::{EditError, EditSummary, Editor};
 pub use error::BuildError;
+pub use inverted::Inverted;
 pub use options::{BuildOptions, Crossings, Duplicates, Phase, Progress, UnknownDuplicates};
+pub use split_lines::{LinesToSplit, SplitLines};
 pub use summary::{BuildSummary, LevelSummary, PhaseSummary, Waits};
 
 /// The generation that a new file starts with.

@@ -56,6 +56,8 @@ pub(super) struct Workspace {
     pub(super) side_bits: Vec<u8>,
     /// The constraint edges of a leaf that are done, in order, once for each source.
     pub(super) edges: Vec<Piece>,
+    /// How often lines may run along edges of a node, all in all.
+    pub(super) most_sources: usize,
     /// The core of the leaf that was conquered last.
     pub(super) core: CoreDraft,
     /// For what cores are encoded in.
@@ -76,7 +78,7 @@ pub(super) enum Fate {
 }
 
 impl Workspace {
-    pub(super) fn new(engine: Box<dyn Engine>, buffers: Buffers, deferral: Arc<Deferral>) -> Self {
+    pub(super) fn new(engine: Box<dyn Engine>, buffers: Buffers, deferral: Arc<Deferral>, most_sources: usize) -> Self {
         Self {
             engine,
             mesh: Triangulation::default(),
@@ -86,6 +88,7 @@ impl Workspace {
             deferral,
             side_bits: Vec::new(),
             edges: Vec::new(),
+            most_sources,
             core: CoreDraft::default(),
             buffers,
         }

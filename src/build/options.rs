@@ -115,7 +115,8 @@ pub enum Crossings {
     #[default]
     Error,
     /// Their crossing points, computed exactly and rounded once, become vertices, and the segments are bent through them; again
-    /// until nothing crosses. All segments must fit in memory.
+    /// until nothing crosses. All segments must fit in memory. Where rings of an obstacle are inside out, as one lobe of a ring that
+    /// crosses itself, it covers all the same, which is an error otherwise.
     Split,
 }
 

@@ -55,6 +55,11 @@ impl Sites {
         self.points.len() as u64
     }
 
+    /// Where they are.
+    pub(super) fn points(&self) -> &[Point] {
+        &self.points
+    }
+
     pub(super) fn has_z(&self) -> bool {
         !self.z.is_empty()
     }

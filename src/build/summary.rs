@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use super::inverted::Inverted;
 use super::options::Phase;
 
 /// What a finished build tells of itself.
@@ -33,6 +34,10 @@ pub struct BuildSummary {
     pub hole_regions: u64,
     /// The triangles of holes.
     pub hole_triangles: u64,
+    /// Holes that rings of obstacles make where they are inside out; an error, unless crossings are split.
+    pub inverted_regions: u64,
+    /// The first of these.
+    pub first_inverted: Option<Inverted>,
     /// Triangles that were final in their tile, but went up, since a segment crosses them that goes on in other tiles.
     pub held_triangles: u64,
     /// Segments that would have held too many: they were inserted at the end, into the file.

@@ -26,6 +26,8 @@ mod ply;
 mod text;
 
 #[cfg(test)]
+mod edge_tests;
+#[cfg(test)]
 mod hole_tests;
 #[cfg(test)]
 mod tests;

@@ -161,7 +161,18 @@ impl<'a> Job<'a> {
         match cut {
             Cut::Vertices => Ok(()),
             Cut::Triangles => self.check_triangles(written),
+            Cut::Edges => self.check_edges(written),
         }
+    }
+
+    /// An error unless as many constraint edges were written as the directory, and so a header, says.
+    fn check_edges(&self, written: u64) -> Result<(), ExportError> {
+        let expected = self.reader().directory().metadata.constraint_edges;
+        if written == expected {
+            return Ok(());
+        }
+        let reason = format!("{written} constraint edges are in tiles, and {expected} by the directory");
+        Err(self.reader().damaged(TileId(0), reason).into())
     }
 
     /// An error unless as many triangles were written as the directory, and so a header, says.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::numbering::Numbering;
 use crate::store::{ReadError, TileInPass, VertexId};
 
-/// Vertices or triangles of a part.
+/// Vertices, triangles or edges of a part.
 const PART: u32 = 2048;
 
 /// Bytes of what is made of a part, at most: no vertex and no triangle has more than 512 in any format.
@@ -18,14 +18,16 @@ pub(super) const PIECE_BYTES: u64 = 512 * PART as u64;
 pub(super) enum Cut {
     Vertices,
     Triangles,
+    /// By the constraint edges that belong to the tile.
+    Edges,
 }
 
-/// Some vertices or triangles of a tile.
+/// Some vertices, triangles or edges of a tile.
 pub(super) struct Part {
     pub(super) tile: Arc<TileInPass>,
     /// Their numbers in the tile.
     pub(super) range: Range<u32>,
-    /// How many of the triangles are to be written; 0 if the tile is cut by vertices.
+    /// How many of the triangles or edges are to be written; 0 if the tile is cut by vertices.
     pub(super) triangles: u32,
     /// How many triangles were written before these, of all tiles.
     pub(super) written_before: u64,
@@ -50,12 +52,16 @@ impl Numbering {
         let count = match cut {
             Cut::Vertices => tile.vertex_count(),
             Cut::Triangles => tile.triangle_count(),
+            Cut::Edges => tile.owned_constraints().count() as u32,
         };
         let mut owned = 0;
         let mut parts = Vec::new();
         for start in (0..count.max(1)).step_by(PART as usize) {
             let range = start..count.min(start.saturating_add(PART));
-            let mut triangles = 0;
+            let mut triangles = match cut {
+                Cut::Edges => range.end - range.start,
+                Cut::Vertices | Cut::Triangles => 0,
+            };
             if cut == Cut::Triangles {
                 let core = tile.core_triangle_count().clamp(range.start, range.end);
                 let of_part = core - range.start + (core..range.end).filter(|&t| tile.owns(t)).count() as u32;

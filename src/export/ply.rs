@@ -1,7 +1,7 @@
 //! PLY, binary, little-endian (Turk, "The PLY Polygon File Format", 1994).
 //!
 //! Elements: `vertex` with x, y, z as doubles and the number of its input record; `face`, a triangle each; `edge`, the
-//! constraint edges, of which there are none as yet.
+//! constraint edges, all of them.
 //!
 //! PLY has no integers of 64 bits. Record numbers are `uint` if all of them fit, else `double`, which is exact up to 2^53.
 //! Their type stands in the header, so it must be known first: what the directory says of the sources bounds them, and only
@@ -49,7 +49,11 @@ pub(super) async fn write<W: Write + Send + 'static>(
         vertices.try_for_each(|vertex| put_vertex(numbering, &part.tile, vertex, records, out))
     };
     job.pass(output, Cut::Vertices, vertices).await?;
-    job.pass(output, Cut::Triangles, put_faces).await
+    job.pass(output, Cut::Triangles, put_faces).await?;
+    match metadata.constraint_edges {
+        0 => Ok(()),
+        _ => job.pass(output, Cut::Edges, put_edges).await,
+    }
 }
 
 /// Finds out how record numbers are to be written, and announces the passes.
@@ -61,13 +65,14 @@ async fn record_type(job: &mut Job<'_>, metadata: &Metadata) -> Result<RecordTyp
             RecordType::Double
         }
     };
+    let of_edges = u64::from(metadata.constraint_edges > 0);
     let sources = metadata.sources.iter().map(|source| source.records);
     let bound = sources.fold(0, u64::saturating_add);
     if bound > 0 && fits(bound - 1) == RecordType::Uint {
-        job.passes(2);
+        job.passes(2 + of_edges);
         return Ok(RecordType::Uint);
     }
-    job.passes(3);
+    job.passes(3 + of_edges);
     let mut maxima = job.reader().for_each_tile(Needs::default(), |tile| {
         (0..tile.vertex_count())
             .map(|vertex| tile.record(vertex))
@@ -106,12 +111,13 @@ fn header(metadata: &Metadata, numbering: &Numbering, records: RecordType) -> Ve
              property {record} record\n\
              element face {}\n\
              property list uchar uint vertex_indices\n\
-             element edge 0\n\
+             element edge {}\n\
              property uint vertex1\n\
              property uint vertex2\n\
              end_header\n",
             metadata.vertices,
-            numbering.triangles()
+            numbering.triangles(),
+            metadata.constraint_edges
         ),
     );
     out
@@ -150,4 +156,16 @@ fn put_faces(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<()
         }
         Ok(())
     })
+}
+
+fn put_edges(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), String> {
+    let edges = part.tile.owned_constraints().skip(part.range.start as usize);
+    for edge in edges.take(part.range.len()) {
+        for vertex in part.tile.ends(edge) {
+            let number = numbering.number(vertex.id)?;
+            // There are at most 2^32 vertices.
+            out.extend_from_slice(&(number as u32).to_le_bytes());
+        }
+    }
+    Ok(())
 }

@@ -18,5 +18,5 @@ pub(crate) use crossing::{ExactCrossing, cross_outside, segment_meets};
 pub use crossing::{crossing_point, segments_cross};
 pub(crate) use morton::MortonSquare;
 pub use point::{Point, Rect};
-pub(crate) use predicates::turn;
+pub(crate) use predicates::compare_lines;
 pub use predicates::{Orientation, in_circle, incircle, orient2d};

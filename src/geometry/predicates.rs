@@ -100,7 +100,7 @@ pub fn orient2d(a: Point, b: Point, c: Point) -> Orientation {
 /// Which way one turns from the direction from `a` to `b` into that from `c` to `d`, by less than a half-turn: not at all
 /// if they are parallel, whichever way they point, or one is of no length. Exact for all valid points.
 #[inline]
-pub(crate) fn turn([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Orientation {
+fn turn([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Orientation {
     let left = (b.x - a.x) * (d.y - c.y);
     let right = (b.y - a.y) * (d.x - c.x);
     let det = left - right;
@@ -111,6 +111,17 @@ pub(crate) fn turn([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Orientation {
         turn_exact([a, b], [c, d])
     };
     sign.into()
+}
+
+/// The order of the straight lines through two segments with length, which run in lexicographic direction: by slope, and among
+/// parallel ones by side. Exact for all valid points.
+pub(crate) fn compare_lines(one: [Point; 2], other: [Point; 2]) -> Ordering {
+    let order = |turn: Orientation| match turn {
+        Orientation::CounterClockwise => Ordering::Less,
+        Orientation::Collinear => Ordering::Equal,
+        Orientation::Clockwise => Ordering::Greater,
+    };
+    order(turn(one, other)).then_with(|| order(orient2d(one[0], one[1], other[0])))
 }
 
 /// Where `d` lies relative to the circle through `a`, `b` and `c`, which are counter-clockwise: `Greater` if inside,

@@ -72,6 +72,9 @@ pub(crate) struct BorderDraft {
     /// For edges that belong to the tile and are constraints, but for those between two triangles of the core: the smaller
     /// side that the tile knows, numbered through core and border, and a source as seen along it. In order.
     pub(crate) edge_sources: Vec<(u32, EdgeSource)>,
+    /// In a file without triangles: constraint edges, from a vertex of the tile to the next corner on the line, in order. Sources
+    /// are by place in it, in place of sides.
+    pub(crate) edges: Vec<[u32; 2]>,
 }
 
 impl CoreDraft {
@@ -193,6 +196,10 @@ impl BorderDraft {
         });
         let depths = self.regions.iter().map(|c| zigzag(c.depth));
         let depths = optional(&mut builder, depths);
+        let edges = (!self.edges.is_empty()).then(|| {
+            let ends = self.edges.as_flattened().iter().map(|&corner| corner.into());
+            packed::write(&mut builder, ends, corners, 0)
+        });
         let holes = bits(&mut builder, self.regions.iter().map(|c| c.is_hole));
         let args = schema::BorderArgs {
             tile: tile.0,
@@ -210,6 +217,7 @@ impl BorderDraft {
             holes,
             edge_sides,
             edge_sources,
+            edges,
         };
         let root = schema::Border::create(&mut builder, &args);
         builder.finish(root, None);

@@ -2,8 +2,8 @@
 
 use flatbuffers::{FlatBufferBuilder, Vector, WIPOffset};
 
-use super::LineKind;
 use super::generated::directory as schema;
+use super::{EdgeSource, LineKind};
 use crate::geometry::{Point, Rect};
 
 /// A file that points came from.
@@ -26,6 +26,16 @@ pub struct LineSource {
     pub first: u64,
     /// How many lines came from it.
     pub lines: u64,
+}
+
+impl LineSource {
+    /// Whether a source is one of these lines, which are in order; or the lines are not known at all.
+    pub(super) fn knows(lines: &[Self], source: EdgeSource) -> bool {
+        let before = lines.partition_point(|of_file| of_file.first <= source.number());
+        let of_file = before.checked_sub(1).map(|place| &lines[place]);
+        let is_its = |l: &Self| l.kind == source.kind() && source.number() - l.first < l.lines;
+        lines.is_empty() || of_file.is_some_and(is_its)
+    }
 }
 
 /// What is known of the whole file.

@@ -64,6 +64,8 @@ pub struct Tile {
     border_neighbours: Packed,
     core_links: Packed,
     border_vertex_sides: Packed,
+    /// Pairs of corners: the constraint edges of a file without triangles.
+    edges: Option<Packed>,
     /// Of the sides of the core, and of the border.
     side_bits: [SideBits; 2],
     /// Of the edges between two triangles of the core, and of the others that belong to the tile.
@@ -131,6 +133,7 @@ impl Tile {
         ];
         size_of::<Self>()
             + self.coordinates.len()
+            + self.edges.as_ref().map_or(0, Packed::byte_size)
             + self.z.as_ref().map_or(0, Bytes::len)
             + self.foreign.len()
             + self.side_bits.iter().map(SideBits::byte_size).sum::<usize>()
@@ -276,6 +279,9 @@ impl Tile {
     /// Whether a side is on a constraint.
     #[must_use]
     pub fn is_constraint(&self, side: u32) -> bool {
+        if side < self.edge_count() {
+            return true;
+        }
         let (bits, side) = self.side_bits(side);
         bits.is_constraint(side)
     }
@@ -283,6 +289,9 @@ impl Tile {
     /// Whether a side is on a wall: a constraint that blocks the way.
     #[must_use]
     pub fn is_wall(&self, side: u32) -> bool {
+        if side < self.edge_count() {
+            return self.edge_sources(side).any(EdgeSource::is_wall);
+        }
         let (bits, side) = self.side_bits(side);
         bits.is_wall(side)
     }
@@ -301,15 +310,24 @@ impl Tile {
     ///
     /// None if it is no constraint, or belongs to another tile: to that of its lexicographically smaller end.
     pub fn edge_sources(&self, side: u32) -> impl Iterator<Item = EdgeSource> {
-        let other = match self.across(side) {
+        let across = match side < self.edge_count() {
+            true => Across::Hull,
+            false => self.across(side),
+        };
+        let other = match across {
             Across::Side(other) => other,
             Across::Elsewhere | Across::Hull => side,
         };
-        let in_core = matches!(self.across(side), Across::Side(_)) && side.max(other) < 3 * self.core_triangle_count();
+        let in_core = matches!(across, Across::Side(_)) && side.max(other) < 3 * self.core_triangle_count();
         let entered = side.min(other);
         let sources = self.sources[usize::from(!in_core)].as_ref();
         let sources = sources.into_iter().flat_map(move |sources| sources.of(entered));
         sources.map(move |source| if side == entered { source } else { source.reversed() })
+    }
+
+    /// How many constraint edges the tile has in place of sides: some only in a file without triangles.
+    pub(crate) fn edge_count(&self) -> u32 {
+        self.edges.as_ref().map_or(0, |edges| edges.len() as u32 / 2)
     }
 
     /// How many edges the tile has sources for.
@@ -388,7 +406,9 @@ impl Tile {
         self.sites.as_ref().is_some_and(|sites| sites.is_site(vertex))
     }
 
-    /// The sides of the tile that are on constraint edges which belong to it, one for each.
+    /// The sides of the tile that are on constraint edges which belong to it, one for each. In a file without triangles numbers
+    /// from 0 stand for the edges themselves, and [`ends`](Self::ends), [`edge_sources`](Self::edge_sources) and
+    /// [`is_wall`](Self::is_wall) take them too.
     pub fn owned_constraints(&self) -> impl Iterator<Item = u32> {
         let is_first = |side: u32| match self.across(side) {
             Across::Side(other) => side < other,
@@ -396,13 +416,14 @@ impl Tile {
             // Both ends are other tiles'.
             Across::Elsewhere => false,
         };
-        self.constraint_sides().filter(move |&side| {
+        let owned = self.constraint_sides().filter(move |&side| {
             is_first(side) && {
                 let [from, to] = self.ends(side);
                 let smallest = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
                 smallest.id.tile == self.id
             }
-        })
+        });
+        owned.chain(0..self.edge_count())
     }
 
     /// All sides that are on constraints.
@@ -415,6 +436,10 @@ impl Tile {
     /// The vertices of a side.
     #[must_use]
     pub fn ends(&self, side: u32) -> [Vertex; 2] {
+        if let Some(edges) = &self.edges {
+            let first = 2 * side as usize;
+            return [first, first + 1].map(|place| self.vertex(edges.get(place) as u32));
+        }
         [side, next_side(side)].map(|side| self.vertex(self.origin(side)))
     }
 

@@ -5,6 +5,7 @@ use delaunay_tiles::geometry::{Point, crossing_point};
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::store::{Digest, LineKind};
 use distributions::Kind;
+use futures::TryStreamExt;
 
 use super::support::{Random, Scratch, batches, points_of, runtime};
 use super::{ENOUGH, Segment, Way};
@@ -132,6 +133,102 @@ fn what_crosses_is_split_alike() {
             assert!(digests.windows(2).all(|pair| pair[0] == pair[1]));
         });
     }
+}
+
+/// Lines of a kind from a number on, with z at their ends or none.
+type LineSet<'a> = (LineKind, u64, &'a [Segment], &'a [[f64; 2]]);
+
+/// z of the vertices of a build from lines of several kinds, whose batches have z or none.
+async fn heights(sets: &[LineSet<'_>], tile_vertices: usize) -> Vec<(Point, Option<f64>)> {
+    let scratch = Scratch::new();
+    let options = BuildOptions {
+        tile_vertices,
+        crossings: Crossings::Split,
+        ..BuildOptions::default()
+    };
+    let mut builder = Builder::new(&scratch.path, options).unwrap();
+    for &(kind, first, ends, z) in sets {
+        let batch = SegmentBatch {
+            ends: ends.to_vec(),
+            z: z.to_vec(),
+            lines: (0..ends.len() as u64).collect(),
+            ..SegmentBatch::default()
+        };
+        builder.push_lines(kind, first, &batch).unwrap();
+    }
+    builder.finish().await.unwrap();
+    let mut heights = Vec::new();
+    for tile in scratch.open().await.tiles().try_collect::<Vec<_>>().await.unwrap() {
+        heights.extend((0..tile.vertex_count()).map(|vertex| (tile.point(vertex), tile.z(vertex))));
+    }
+    heights.sort_by(|(a, _), (b, _)| a.lex_cmp(*b));
+    heights
+}
+
+#[test]
+fn crossing_points_have_the_z_of_the_first_line_that_has_some() {
+    let line = |[a, b]: [[f64; 2]; 2]| [Point::new(a[0], a[1]), Point::new(b[0], b[1])];
+    let flat = [[[0.0, 1.0], [8.0, 1.0]]].map(line);
+    let upright = [[[1.0, 0.0], [1.0, 4.0]], [[6.0, 0.0], [6.0, 4.0]]].map(line);
+    let (slope, walls) = ([[20.0, 28.0]], [[4.0, 8.0], [0.0, 40.0]]);
+    let turned = |ends: &[Segment]| ends.iter().map(|&[a, b]| [b, a]).collect::<Vec<_>>();
+    let swapped = |z: &[[f64; 2]]| z.iter().map(|&[a, b]| [b, a]).collect::<Vec<_>>();
+    let at = |heights: &[(Point, Option<f64>)], x| {
+        let found = heights.iter().find(|(point, _)| *point == Point::new(x, 1.0));
+        found.expect("a vertex where lines cross").1
+    };
+    runtime().block_on(async {
+        for tile_vertices in [4, 1 << 16] {
+            for (first, second, flat_has_z, expected) in [
+                (LineKind::BreakLine, LineKind::Wall, true, [21.0, 26.0]),
+                (LineKind::BreakLine, LineKind::Wall, false, [5.0, 10.0]),
+            ] {
+                let z = if flat_has_z { &slope[..] } else { &[] };
+                let sets = [(first, 0, &flat[..], z), (second, 1, &upright[..], &walls[..])];
+                let once = heights(&sets, tile_vertices).await;
+                assert_eq!([at(&once, 1.0), at(&once, 6.0)], expected.map(Some));
+                let (flat, upright) = (turned(&flat), turned(&upright));
+                let (z, walls) = (swapped(z), swapped(&walls));
+                let sets = [(second, 1, &*upright, &*walls), (first, 0, &*flat, &*z)];
+                assert_eq!(heights(&sets, tile_vertices).await, once);
+            }
+            let sets: [(_, _, &[Segment], &[_]); 2] =
+                [(LineKind::Wall, 0, &flat, &[]), (LineKind::Wall, 1, &upright, &[])];
+            let none = heights(&sets, tile_vertices);
+            assert!(none.await.iter().all(|(_, z)| z.is_none()));
+        }
+    });
+}
+
+/// A line that is bent at a crossing still goes through the points and sites that lie on it, in memory and on the disk.
+#[test]
+fn points_on_lines_that_are_bent_stay_on_them() {
+    let p = Point::new;
+    let lines = numbered(vec![
+        [p(0.0, 0.0), p(9.0, 3.0)],
+        [p(5.0, -1.0), p(4.0, 3.0)],
+        [p(0.0, 10.0), p(1.0, 10.0)],
+    ]);
+    let mut random = Random(4);
+    // None of them lies on these lines.
+    let mut points: Vec<Point> = (0..60_000).map(|_| p(random.unit() + 20.0, random.unit())).collect();
+    points.splice(30_000..30_000, [p(6.0, 2.0), p(3.0, 1.0)]);
+    runtime().block_on(async {
+        let mut digests = Vec::new();
+        for way in [
+            (500, 1 << 16, 2, ENOUGH),
+            (500, 1 << 16, 2, 3 << 19),
+            (1 << 16, 1 << 16, 1, ENOUGH),
+        ] {
+            for lines in [&lines, &turned(&lines)] {
+                let (summary, digest) = build(&points, lines, Crossings::Split, way).await.unwrap();
+                assert_eq!((summary.crossings, summary.constraint_edges), (1, 4 + 2 + 1));
+                assert_eq!(summary.blocks > 1, way.3 < ENOUGH);
+                digests.push(digest);
+            }
+        }
+        assert!(digests.windows(2).all(|pair| pair[0] == pair[1]));
+    });
 }
 
 #[test]

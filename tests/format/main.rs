@@ -11,6 +11,7 @@ use std::collections::HashSet;
 
 use delaunay_tiles::build::{BuildOptions, Builder};
 use delaunay_tiles::geometry::{Point, Rect};
+use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::{Digest, EdgeSource, FORMAT_VERSION, LineKind, LineSource, Site, TileId};
 use distributions::Kind;
@@ -119,6 +120,34 @@ fn entries_fill_pages() {
     assert!(!others.is_empty() && others.iter().all(|&n| n == full) && (1..=full).contains(last));
 }
 
+#[test]
+fn edges_on_one_line_are_read_by_the_page_alone() {
+    let at = |i: i32| Point::new(f64::from(i), f64::from(-2 * i));
+    let points: Vec<Point> = (0..50).map(at).collect();
+    for tile_vertices in [8, 65536] {
+        let scratch = Scratch::new();
+        let bytes = runtime().block_on(async {
+            let mut builder = Builder::new(&scratch.path, options(tile_vertices)).unwrap();
+            for batch in batches(&points, &[]) {
+                builder.push(&batch).await.unwrap();
+            }
+            builder.push_segments(&[[at(40), at(3)], [at(20), at(30)]]).unwrap();
+            let walls = SegmentBatch {
+                ends: vec![[at(7), at(9)]],
+                lines: vec![0],
+                ..SegmentBatch::default()
+            };
+            builder.push_lines(LineKind::Wall, 2, &walls).unwrap();
+            builder.finish().await.unwrap();
+            std::fs::read(&scratch.path).unwrap()
+        });
+        let file = File::read(&Page::read(), &bytes);
+        assert_eq!((file.directory.triangles, file.directory.constraint_edges), (0, 37));
+        assert_eq!(file.tiles.iter().map(|tile| tile.edges.len()).sum::<usize>(), 37);
+        runtime().block_on(compare(&file, bytes));
+    }
+}
+
 /// Lines across a grid, some of which end in it, some of which share vertices and edges.
 #[test]
 fn constraints_are_read_by_the_page_alone() {
@@ -176,19 +205,27 @@ async fn compare(file: &File, bytes: Vec<u8>) {
     let mut owned = 0;
     for (number, expected) in file.tiles.iter().enumerate() {
         let tile = reader.tile(TileId(number as u32)).await.unwrap();
+        let code = |source: EdgeSource| match (source.kind(), source.depth_change()) {
+            (LineKind::BreakLine, 0) => 0,
+            (LineKind::Wall, 0) => 1,
+            (LineKind::Obstacle, 1) => 2,
+            (LineKind::Obstacle, -1) => 3,
+            other => panic!("{other:?}"),
+        };
+        let sources = |side| -> Vec<_> { tile.edge_sources(side).map(|s| (s.number(), code(s))).collect() };
         for side in 0..3 * tile.triangle_count() {
             let s = side as usize;
             let found = (tile.is_constraint(side), tile.is_wall(side));
             assert_eq!(found, (expected.constraints[s], expected.walls[s]));
-            let code = |source: EdgeSource| match (source.kind(), source.depth_change()) {
-                (LineKind::BreakLine, 0) => 0,
-                (LineKind::Wall, 0) => 1,
-                (LineKind::Obstacle, 1) => 2,
-                (LineKind::Obstacle, -1) => 3,
-                other => panic!("{other:?}"),
-            };
-            let sources: Vec<_> = tile.edge_sources(side).map(|s| (s.number(), code(s))).collect();
-            assert_eq!(sources, expected.sources(s));
+            assert_eq!(sources(side), expected.sources(s));
+        }
+        for (edge, &(from, to)) in (0..).zip(&expected.edges) {
+            assert_eq!(tile.triangle_count(), 0);
+            let corner = |corner| expected.corner(file, corner).1;
+            assert_eq!(tile.ends(edge).map(|end| end.point), [corner(from), corner(to)]);
+            let its = expected.sources_of_edge(edge as usize);
+            assert_eq!(tile.is_wall(edge), its.iter().any(|&(_, code)| code > 0));
+            assert_eq!(sources(edge), its);
         }
         for triangle in 0..tile.triangle_count() {
             let found = (

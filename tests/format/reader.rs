@@ -58,6 +58,8 @@ pub struct Tile {
     pub regions: Vec<(u64, i64, bool)>,
     /// Side, number of the source and its code, of edges within the core and of others.
     edge_sources: [Vec<(usize, u64, u8)>; 2],
+    /// Corners of edges, in a file without triangles.
+    pub edges: Vec<(usize, usize)>,
     /// Vertex, number, id.
     pub sites: Vec<(usize, u64, String)>,
 }
@@ -411,6 +413,7 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
             .zip(&constraints)
             .all(|(wall, constraint)| *constraint || !wall)
     );
+    let edges = optional(page, border, in_border("edges")).unwrap_or_default();
     let of_edges = |field| both(field).map(|(table, slot)| optional(page, table, slot).unwrap_or_default());
     let (edge_sides, edge_sources) = (of_edges("edge_sides"), of_edges("edge_sources"));
     Tile {
@@ -442,6 +445,10 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
         constraints,
         walls,
         regions: read_regions(page, both("components"), border, triangles),
+        edges: edges
+            .chunks(2)
+            .map(|ends| (ends[0] as usize, ends[1] as usize))
+            .collect(),
         edge_sources: [0, 1].map(|part| sources(&edge_sides[part], &edge_sources[part])),
         sites: read_sites(page, core),
     }
@@ -490,6 +497,12 @@ impl Tile {
     pub fn side_leaving(&self, vertex: usize) -> Option<usize> {
         let in_border = self.border_vertex_sides.iter().find(|s| s.0 == vertex);
         self.vertex_sides[vertex].or(in_border.map(|s| s.1))
+    }
+
+    /// Numbers and codes of the sources of an edge of a file without triangles.
+    pub fn sources_of_edge(&self, edge: usize) -> Vec<(u64, u8)> {
+        let list = self.edge_sources[1].iter().filter(|entry| entry.0 == edge);
+        list.map(|&(_, number, code)| (number, code)).collect()
     }
 
     /// Numbers and codes of the sources of a side's edge, as seen along the side.

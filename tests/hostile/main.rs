@@ -4,6 +4,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 mod surgery;
+mod town;
 
 use std::io;
 use std::ops::Range;

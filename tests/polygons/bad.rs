@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::fs;
 
-use delaunay_tiles::build::{BuildError, BuildOptions, Crossings};
+use delaunay_tiles::build::{BuildError, BuildOptions, Crossings, Inverted};
 use delaunay_tiles::geometry::Point;
 
 use super::{Built, Input, Way};
@@ -122,7 +122,13 @@ fn rings_that_cross() {
         &["[[[0,0],[8,8],[8,0],[0,4],[0,0]]]"],
         &[(1, 1, [8.0 / 3.0, 8.0 / 3.0])],
     );
-    assert!(built.covered().0 > 20.0, "the larger lobe is covered");
+    assert!(
+        (built.covered().0 - 64.0 / 3.0 - 16.0 / 3.0).abs() < 1e-9,
+        "both lobes are covered"
+    );
+    assert_eq!(built.summary.inverted_regions, 1);
+    let first = built.summary.first_inverted.map(|first| (first.obstacle, first.point));
+    assert_eq!(first, Some((1, Point::new(0.0, 0.0))));
     // The polygon is named by its place in the file.
     let bow_tie = "[[[20,0],[28,4],[28,0],[20,12],[20,0]]]";
     crosses(&[SQUARE, bow_tie], &[(2, 2, [26.0, 3.0])]);
@@ -209,4 +215,53 @@ fn polygons_that_enclose_nothing() {
             Some(note) => assert!(built.notes[0].starts_with(note), "{:?}", built.notes),
         }
     }
+}
+
+/// A region of these polygons is inside out; that is an error which says of which line it is and where, and such regions are
+/// covered where lines that cross are split.
+#[track_caller]
+fn is_inside_out(polygons: &[&str], regions: u64, obstacle: u64, [x, y]: [f64; 2]) -> Built {
+    let expected = Inverted {
+        obstacle,
+        point: Point::new(x, y),
+    };
+    let error = build(polygons, Crossings::Error).unwrap_err();
+    match error.downcast_ref() {
+        Some(BuildError::Inverted { first, regions: found }) => assert_eq!((*first, *found), (expected, regions)),
+        _ => panic!("{error}"),
+    }
+    let text = format!("obstacle {obstacle} is inside out at ({x}, {y})");
+    assert!(error.to_string().contains(&text), "{error}");
+    let built = build(polygons, Crossings::Split).unwrap();
+    assert_eq!(
+        (built.summary.inverted_regions, built.summary.first_inverted),
+        (regions, Some(expected))
+    );
+    built
+}
+
+#[test]
+fn rings_that_are_nested_wrongly() {
+    let hole_outside = "[[[0,0],[8,0],[8,8],[0,8],[0,0]],[[10,2],[14,2],[14,6],[10,6],[10,2]]]";
+    let built = is_inside_out(&[hole_outside], 1, 1, [10.0, 2.0]);
+    assert_eq!(built.covered(), (64.0 + 16.0, 2));
+    assert_eq!(built.depths(), [-1, 0, 1]);
+    let hole_in_hole =
+        "[[[0,0],[8,0],[8,8],[0,8],[0,0]],[[1,1],[7,1],[7,7],[1,7],[1,1]],[[3,3],[5,3],[5,5],[3,5],[3,3]]]";
+    let built = is_inside_out(&[SQUARE, hole_outside, hole_in_hole], 1, 2, [10.0, 2.0]);
+    assert_eq!(built.covered(), (64.0 + 16.0, 4));
+    let built = is_inside_out(&[hole_in_hole], 1, 1, [3.0, 3.0]);
+    assert_eq!(built.covered(), (64.0 - 36.0 + 4.0, 2));
+    // Twice as deep, and the wall of one that may have the hole there.
+    let twice = "[[[10,0],[18,0],[18,8],[10,8]],[[2,2],[6,2],[6,6],[2,6]],[[3,3],[5,3],[5,5],[3,5]]]";
+    let built = is_inside_out(&[twice, "[[[2,2],[2,0],[3,0],[2,2]]]"], 2, 1, [2.0, 2.0]);
+    assert_eq!(built.depths(), [-2, -1, 0, 1]);
+    // A bow-tie that has a corner where it crosses itself; its lobes are covered if both run the same way.
+    is_inside_out(&["[[[0,0],[4,4],[8,12],[0,12],[4,4],[8,0],[0,0]]]"], 1, 1, [0.0, 0.0]);
+    let eight = accepted(&["[[[0,0],[8,0],[4,4],[8,12],[0,12],[4,4],[0,0]]]"]);
+    assert_eq!(eight.covered(), (16.0 + 32.0, 2));
+    assert_eq!(
+        (eight.summary.inverted_regions, eight.summary.first_inverted),
+        (0, None)
+    );
 }

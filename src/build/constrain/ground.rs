@@ -4,12 +4,12 @@ use std::collections::HashMap;
 
 use super::deferral::{Deferral, put_off};
 use super::lines::Lines;
-use super::{Crossed, Open, Outcome, Pending, Piece};
+use super::overlaps::{Limited, for_each_part};
+use super::{Crossed, Open, Outcome, Pending, Piece, Refusal};
 use crate::build::node::SeamVertex;
 use crate::build::segments::Segment;
 use crate::geometry::Point;
 use crate::mesh::{Constrained, Inserter, NONE, Step, Triangulation, next_side};
-use crate::store::LineKind;
 
 /// The triangles of a node.
 pub(super) struct Ground<'a> {
@@ -21,8 +21,21 @@ pub(super) struct Ground<'a> {
     pub(super) held: Vec<bool>,
     /// The hull of the node, counter-clockwise from each vertex to the next, unless the node is the root.
     hull: HashMap<u32, u32>,
-    /// Whether a piece that is nowhere here is done: an edge whose triangles are all in their tiles, on the hull of the root.
-    is_whole: bool,
+    is_root: bool,
+    /// Whether the node has no triangles at all: its hull are all vertices, in lexicographic order.
+    is_on_line: bool,
+    /// How often lines may run along edges, all in all.
+    pub(super) most_sources: usize,
+}
+
+/// What became of pieces so far.
+struct Parts {
+    /// Those that are in.
+    done: Limited,
+    /// Those that cannot go in.
+    rest: Limited,
+    /// How many steps it took.
+    steps: usize,
 }
 
 impl<'a> Ground<'a> {
@@ -33,14 +46,17 @@ impl<'a> Ground<'a> {
         fixed: Vec<u8>,
         settled: Vec<bool>,
         is_root: bool,
-        is_whole: bool,
+        is_on_line: bool,
+        most_sources: usize,
     ) -> Self {
         let next = mesh.hull.iter().cycle().skip(1);
         let hull = mesh.hull.iter().copied().zip(next.copied());
         Self {
             points,
             hull: if is_root { HashMap::new() } else { hull.collect() },
-            is_whole,
+            is_root,
+            is_on_line,
+            most_sources,
             held: vec![false; settled.len()],
             settled,
             mesh: Constrained::with_constraints(mesh, fixed, points.len()),
@@ -66,15 +82,33 @@ impl<'a> Ground<'a> {
         lines: Lines,
         (deferral, limit): (&Deferral, usize),
         vertex: impl Fn(u32) -> SeamVertex,
-    ) -> Result<Outcome, Crossed> {
-        let Lines { mut pieces, mut open } = lines;
-        sort(&mut pieces);
-        let (mut rest, mut done) = (Vec::new(), Vec::new());
-        for along in pieces.chunk_by(|a, b| a.ends == b.ends) {
-            self.insert(inserter, along, &mut rest, &mut done)?;
+    ) -> Result<Outcome, Refusal> {
+        let Lines { pieces, mut open, .. } = lines;
+        let pieces = pieces.sorted();
+        let mut parts = Parts {
+            done: Limited::new(self.most_sources),
+            rest: Limited::new(self.most_sources),
+            steps: 0,
+        };
+        // A line passes no vertex twice, unless others do so too.
+        let most_steps = pieces.len() + 4 * self.points.len();
+        let mut left = &*pieces;
+        while let Some(first) = left.first() {
+            if parts.steps > most_steps {
+                let points = self.points;
+                for_each_part(
+                    left,
+                    |v| points[v as usize],
+                    |along| self.insert(inserter, along, &mut parts),
+                )?;
+                break;
+            }
+            let count = left.iter().take_while(|piece| piece.ends == first.ends).count();
+            let (along, others) = left.split_at(count);
+            self.insert(inserter, along, &mut parts)?;
+            left = others;
         }
-        sort(&mut rest);
-        sort(&mut done);
+        let (mut rest, done) = (parts.rest.sorted(), parts.done.sorted());
         let held = self.hold_for(inserter, &rest, &open)?;
         if self.held.iter().filter(|held| **held).count() > limit {
             self.put_off(&put_off(&held, limit), deferral, &mut rest, &mut open);
@@ -157,13 +191,10 @@ impl<'a> Ground<'a> {
     }
 
     /// Inserts pieces that have the same ends, and notes each part of them: as done, or as the rest that cannot go in.
-    fn insert(
-        &mut self,
-        inserter: &mut Inserter,
-        along: &[Piece],
-        rest: &mut Vec<Piece>,
-        done: &mut Vec<Piece>,
-    ) -> Result<(), Crossed> {
+    fn insert(&mut self, inserter: &mut Inserter, along: &[Piece], parts: &mut Parts) -> Result<(), Refusal> {
+        if self.is_on_line {
+            return self.insert_on_line(along, parts);
+        }
         let is_wall = along.iter().any(|piece| piece.source.is_wall());
         let mut ends = along[0].ends;
         while ends[0] != ends[1] {
@@ -180,19 +211,46 @@ impl<'a> Ground<'a> {
                     // Both sides are final, and nothing is left to mark.
                     (vertex, can)
                 }
-                Step::Out => (ends[1 - which], self.is_whole),
+                // At the root an edge whose triangles are all in their tiles, on the hull.
+                Step::Out => (ends[1 - which], self.is_root),
             };
             let part = match which {
                 0 => [ends[0], vertex],
                 _ => [vertex, ends[1]],
             };
-            let parts = along.iter().map(|piece| Piece::new(part[0], part[1], piece.source));
-            if is_in {
-                done.extend(parts);
-            } else {
-                rest.extend(parts);
+            let pieces = along.iter().map(|piece| Piece::new(part[0], part[1], piece.source));
+            let into = if is_in { &mut parts.done } else { &mut parts.rest };
+            for piece in pieces {
+                into.push(piece, line[0])?;
             }
+            parts.steps += 1;
             ends[which] = vertex;
+        }
+        Ok(())
+    }
+
+    /// The same where all vertices lie on one line: at the root pieces are cut at each of them, and all go up.
+    fn insert_on_line(&mut self, along: &[Piece], parts: &mut Parts) -> Result<(), Refusal> {
+        let all = &self.mesh.mesh().hull;
+        let before = |end: Point| all.partition_point(|&v| self.point(v).lex_cmp(end).is_lt());
+        let [a, b] = along[0].ends.map(|v| before(self.point(v)));
+        let between = &all[a.min(b)..=a.max(b)];
+        let ends = [between[0], between[between.len() - 1]];
+        let of_root = between
+            .windows(2)
+            .map(|pair| [pair[0], pair[1]])
+            .filter(|_| self.is_root);
+        for part in of_root.chain((!self.is_root).then_some(ends)) {
+            for piece in along {
+                let source = match self.point(piece.ends[0]).lex_cmp(self.point(piece.ends[1])).is_lt() {
+                    true => piece.source,
+                    false => piece.source.reversed(),
+                };
+                parts
+                    .rest
+                    .push(Piece::new(part[0], part[1], source), self.point(part[0]))?;
+            }
+            parts.steps += 1;
         }
         Ok(())
     }
@@ -261,10 +319,4 @@ impl<'a> Ground<'a> {
             open: open.into_iter().map(|open| open.renumbered(place)).collect(),
         }
     }
-}
-
-/// Puts pieces in order, each once; but rings of obstacles that run twice along an edge count twice.
-fn sort(pieces: &mut Vec<Piece>) {
-    pieces.sort_unstable();
-    pieces.dedup_by(|a, b| a == b && a.source.kind() != LineKind::Obstacle);
 }

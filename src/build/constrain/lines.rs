@@ -1,7 +1,8 @@
 //! The vertices on segments: they cut these into pieces.
 
 use super::ground::Ground;
-use super::{Crossed, Open, Piece};
+use super::overlaps::{Limited, covered};
+use super::{Crossed, Open, Piece, Refusal};
 use crate::build::segments::Segment;
 use crate::build::vertex_index::VertexIndex;
 use crate::geometry::{Orientation, Point, orient2d};
@@ -9,56 +10,132 @@ use crate::mesh::{Inserter, Step};
 use crate::store::{EdgeSource, LineKind};
 
 /// Pieces and segments of a node, by place among its vertices.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Lines {
-    pub(super) pieces: Vec<Piece>,
+    pub(super) pieces: Limited,
     pub(super) open: Vec<Open>,
+    /// How many steps it took to find them.
+    steps: usize,
 }
 
 impl Lines {
+    fn new(most_sources: usize) -> Self {
+        Self {
+            pieces: Limited::new(most_sources),
+            open: Vec::new(),
+            steps: 0,
+        }
+    }
+
     /// Those of the segments that meet a leaf.
     pub(super) fn of_leaf(
         ground: &Ground<'_>,
         inserter: &mut Inserter,
-        segments: impl Iterator<Item = Segment>,
-    ) -> Result<Self, Crossed> {
-        let mut lines = Self::default();
+        mut segments: Vec<Segment>,
+    ) -> Result<Self, Refusal> {
+        let mut lines = Self::new(ground.most_sources);
         if ground.mesh.mesh().triangles.is_empty() {
             for segment in segments {
-                lines.find_among_points(ground, segment);
+                lines.find_among_points(ground, segment)?;
             }
             return Ok(lines);
         }
         let index = VertexIndex::new(ground.points);
-        for segment in segments {
-            let (ends, source) = (segment.ends, segment.source);
-            let run = match ends.map(|end| index.at(end)) {
-                [Some(from), Some(to)] => {
-                    lines.pieces.push(Piece::new(from, to, source));
-                    continue;
-                }
-                [Some(from), None] => Some(lines.trace(ground, inserter, from, ends[1], source)?),
-                [None, Some(to)] => {
-                    let [to, from] = lines.trace(ground, inserter, to, ends[0], source.reversed())?;
-                    Some([from, to])
-                }
-                [None, None] => match first_vertex(ground, inserter, ends)? {
-                    Some(first) => Some(lines.trace(ground, inserter, first, ends[1], source)?),
-                    None => None,
-                },
-            };
-            lines.open.push(Open { segment, run });
+        // A line passes no vertex twice, unless others do so too.
+        let most_steps = segments.len() + 4 * ground.points.len();
+        for place in 0..segments.len() {
+            if lines.steps > most_steps {
+                lines.find_together(ground, inserter, &index, &mut segments[place..])?;
+                break;
+            }
+            lines.find(ground, inserter, &index, segments[place])?;
         }
         Ok(lines)
     }
 
+    /// Finds the vertices on a segment.
+    fn find(
+        &mut self,
+        ground: &Ground<'_>,
+        inserter: &mut Inserter,
+        index: &VertexIndex<'_>,
+        segment: Segment,
+    ) -> Result<(), Refusal> {
+        let (ends, source) = (segment.ends, segment.source);
+        let run = match ends.map(|end| index.at(end)) {
+            [Some(from), Some(to)] => {
+                self.pieces.push(Piece::new(from, to, source), ends[0])?;
+                return Ok(());
+            }
+            [Some(from), None] => Some(self.trace(ground, inserter, from, ends[1], source)?),
+            [None, Some(to)] => {
+                let [to, from] = self.trace(ground, inserter, to, ends[0], source.reversed())?;
+                Some([from, to])
+            }
+            [None, None] => match first_vertex(ground, inserter, ends)? {
+                Some(first) => Some(self.trace(ground, inserter, first, ends[1], source)?),
+                None => None,
+            },
+        };
+        self.open.push(Open { segment, run });
+        Ok(())
+    }
+
+    /// Finds the vertices on segments many of which run along each other: once on what these cover together.
+    fn find_together(
+        &mut self,
+        ground: &Ground<'_>,
+        inserter: &mut Inserter,
+        index: &VertexIndex<'_>,
+        segments: &mut [Segment],
+    ) -> Result<(), Refusal> {
+        for (whole, group) in covered(segments) {
+            let mut along = Self::new(usize::MAX);
+            let source = EdgeSource::new(LineKind::BreakLine, 0);
+            along.find(ground, inserter, index, Segment { ends: whole, source })?;
+            let ends = along.pieces.pieces.iter().flat_map(|piece| piece.ends);
+            let runs = along.open.iter().filter_map(|open| open.run).flatten();
+            let mut vertices: Vec<u32> = ends.chain(runs).collect();
+            vertices.sort_unstable_by(|&a, &b| ground.point(a).lex_cmp(ground.point(b)));
+            vertices.dedup();
+            for &segment in group {
+                match segment.ends.map(|end| index.at(end)) {
+                    [Some(from), Some(to)] => {
+                        self.pieces
+                            .push(Piece::new(from, to, segment.source), segment.ends[0])?;
+                    }
+                    _ => self.push_run(ground, segment, &vertices)?,
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes a segment that leaves the cell, and all vertices on its line, in lexicographic order.
+    fn push_run(&mut self, ground: &Ground<'_>, segment: Segment, on_line: &[u32]) -> Result<(), Refusal> {
+        let [a, b] = segment.ends;
+        let (low, high) = if a.lex_cmp(b).is_lt() { (a, b) } else { (b, a) };
+        let first = on_line.partition_point(|&v| ground.point(v).lex_cmp(low).is_lt());
+        let end = on_line.partition_point(|&v| ground.point(v).lex_cmp(high).is_le());
+        let on_it = &on_line[first..end];
+        let run = on_it.first().zip(on_it.last()).map(|(&first, &last)| match a == low {
+            true => [first, last],
+            false => [last, first],
+        });
+        if let Some([from, to]) = run.filter(|[from, to]| from != to) {
+            self.pieces.push(Piece::new(from, to, segment.source), a)?;
+        }
+        if run.is_none_or(|[first, last]| ground.point(first) != a || ground.point(last) != b) {
+            self.open.push(Open { segment, run });
+        }
+        Ok(())
+    }
+
     /// Those of a node above the leaves: what its children hand up, and what joins a child's run of vertices on a segment to
     /// the next.
-    pub(super) fn of_children(pieces: Vec<Piece>, mut runs: Vec<Open>, points: &[Point]) -> Self {
-        let mut lines = Self {
-            pieces,
-            open: Vec::new(),
-        };
+    pub(super) fn of_children(pieces: Vec<Piece>, mut runs: Vec<Open>, points: &[Point], most_sources: usize) -> Self {
+        let mut lines = Self::new(most_sources);
+        lines.pieces.pieces = pieces;
         runs.sort_unstable_by_key(|open| open.segment.key());
         for of_segment in runs.chunk_by(|a, b| a.segment == b.segment) {
             lines.join(of_segment, points);
@@ -87,6 +164,7 @@ impl Lines {
         for _ in 0..copies.max(1) {
             let between = runs.windows(2).map(|pair| [pair[0][1], pair[1][0]]);
             self.pieces
+                .pieces
                 .extend(between.map(|[from, to]| Piece::new(from, to, segment.source)));
             if is_open {
                 self.open.push(Open { segment, run });
@@ -96,7 +174,7 @@ impl Lines {
 
     /// Finds the vertices on a segment where all lie on one line, or are fewer than three: by halving, since there may be as
     /// many of them as of segments.
-    fn find_among_points(&mut self, ground: &Ground<'_>, segment: Segment) {
+    fn find_among_points(&mut self, ground: &Ground<'_>, segment: Segment) -> Result<(), Refusal> {
         let [a, b] = segment.ends;
         // Without triangles the hull is all points in lexicographic order.
         let all = &ground.mesh.mesh().hull;
@@ -112,16 +190,7 @@ impl Lines {
             start => between.partition_point(|&v| side(v) == start),
         };
         let on_it = between[before..].partition_point(|&v| side(v) == Orientation::Collinear);
-        let mut run = between[before..before + on_it].to_vec();
-        if b.lex_cmp(a).is_lt() {
-            run.reverse();
-        }
-        self.pieces
-            .extend(run.windows(2).map(|pair| Piece::new(pair[0], pair[1], segment.source)));
-        let run = run.first().zip(run.last()).map(|(&first, &last)| [first, last]);
-        if run.is_none_or(|[first, last]| ground.point(first) != a || ground.point(last) != b) {
-            self.open.push(Open { segment, run });
-        }
+        self.push_run(ground, segment, &between[before..before + on_it])
     }
 
     /// Follows a segment from a vertex on it towards its end elsewhere. Returns the first and the last vertex. The source is
@@ -133,13 +202,14 @@ impl Lines {
         from: u32,
         to: Point,
         source: EdgeSource,
-    ) -> Result<[u32; 2], Crossed> {
+    ) -> Result<[u32; 2], Refusal> {
         let mut last = from;
         loop {
+            self.steps += 1;
             let step = inserter.step(ground.points, &ground.mesh, last, to);
             match step.map_err(|edge| ground.crossed([ground.point(last), to], edge))? {
                 Step::Edge(_, vertex) | Step::Triangles(vertex) => {
-                    self.pieces.push(Piece::new(last, vertex, source));
+                    self.pieces.push(Piece::new(last, vertex, source), ground.point(last))?;
                     last = vertex;
                 }
                 Step::Out => return Ok([from, last]),

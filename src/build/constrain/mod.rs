@@ -21,10 +21,14 @@
 //! An edge that is a piece is marked on both sides as soon as one is final. If the other is not, the piece goes up all the
 //! same, so that whichever triangle comes to lie there is marked too. Once both are, the edge is done, and so is the piece:
 //! its source is noted with the edge, in one node only.
+//!
+//! Walking along pieces takes time with the edges that come of them. Where that gets more than there are vertices and pieces,
+//! since many run along each other, the rest are cut at each other's ends first (`overlaps`).
 
 mod deferral;
 mod ground;
 mod lines;
+mod overlaps;
 
 use super::border_log::LateTriangle;
 use super::bucket_sort::bucket_sort;
@@ -67,6 +71,19 @@ pub(super) struct DoneEdge {
     pub(super) source: EdgeSource,
 }
 
+impl DoneEdge {
+    /// If its ends are vertices of two tiles: that of the smaller one, which the edge belongs to, and the larger end.
+    pub(super) fn end_elsewhere(&self) -> Option<(TileId, SeamVertex)> {
+        let [a, b] = self.ends;
+        let (from, to) = if a.point.lex_cmp(b.point).is_lt() {
+            (a, b)
+        } else {
+            (b, a)
+        };
+        (from.id.tile != to.id.tile).then_some((from.id.tile, to))
+    }
+}
+
 /// A segment that leaves a node's cell on one side at least.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Open {
@@ -82,6 +99,28 @@ pub(super) struct Crossed {
     pub(super) piece: [Point; 2],
     /// The constraint that it crosses.
     pub(super) edge: [Point; 2],
+}
+
+/// So many lines run along each other that what edges know of them does not fit in memory.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Overlaps {
+    /// Lines along edges of one node, at least.
+    pub(super) sources: u64,
+    /// Where.
+    pub(super) place: Point,
+}
+
+/// Why segments cannot be edges.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Refusal {
+    Crossed(Crossed),
+    Overlaps(Overlaps),
+}
+
+impl From<Crossed> for Refusal {
+    fn from(crossed: Crossed) -> Self {
+        Self::Crossed(crossed)
+    }
 }
 
 impl Pending {
@@ -144,12 +183,20 @@ pub(super) fn constrain_leaf(
     its: &[u32],
     tile: TileId,
     is_root: bool,
-) -> Result<Pending, Crossed> {
+) -> Result<Pending, Refusal> {
     let mesh = std::mem::take(&mut workspace.mesh);
     let settled = workspace.fates.iter().map(|fate| *fate == Fate::Settled).collect();
     let fixed = vec![0; mesh.triangles.len()];
-    let is_whole = is_root && !mesh.triangles.is_empty();
-    let mut ground = Ground::new(points, mesh, fixed, settled, is_root, is_whole);
+    let is_on_line = mesh.triangles.is_empty();
+    let mut ground = Ground::new(
+        points,
+        mesh,
+        fixed,
+        settled,
+        is_root,
+        is_on_line,
+        workspace.most_sources,
+    );
     let vertex = |index: u32| SeamVertex {
         id: VertexId { tile, index },
         point: points[index as usize],
@@ -157,7 +204,8 @@ pub(super) fn constrain_leaf(
     let Workspace { inserter, deferral, .. } = workspace;
     let limit = if is_root { usize::MAX } else { deferral.leaf_limit() };
     let its = its.iter().map(|&segment| segments[segment as usize]);
-    let lines = Lines::of_leaf(&ground, inserter, its.filter(|segment| !deferral.has(segment)));
+    let its = its.filter(|segment| !deferral.has(segment)).collect();
+    let lines = Lines::of_leaf(&ground, inserter, its);
     let outcome = lines.and_then(|lines| ground.constrain(inserter, lines, (deferral, limit), vertex));
     for (fate, held) in workspace.fates.iter_mut().zip(&ground.held) {
         if *held {
@@ -186,7 +234,7 @@ pub(super) fn constrain_node(
     vertices: &[SeamVertex],
     children: Vec<Pending>,
     is_root: bool,
-) -> Result<(Final, Pending), Crossed> {
+) -> Result<(Final, Pending), Refusal> {
     let mut vertices = vertices.to_vec();
     let kept = workspace.mesh.triangles.iter().zip(&workspace.fates);
     let kept = kept.filter(|(_, fate)| **fate != Fate::Dropped);
@@ -221,14 +269,22 @@ pub(super) fn constrain_node(
         runs.extend(runs_on.map(|open| open.renumbered(place)));
     }
     let points: Vec<Point> = vertices.iter().map(|v| v.point).collect();
-    let lines = Lines::of_children(pieces, runs, &points);
+    let lines = Lines::of_children(pieces, runs, &points, workspace.most_sources);
     let hull = std::mem::take(&mut workspace.mesh.hull);
-    let is_whole = is_root && !workspace.mesh.triangles.is_empty();
+    let is_on_line = workspace.mesh.triangles.is_empty();
     let mesh = Triangulation {
         hull,
         ..glued(triangles, points.len())
     };
-    let mut ground = Ground::new(&points, mesh, fixed, settled, is_root, is_whole);
+    let mut ground = Ground::new(
+        &points,
+        mesh,
+        fixed,
+        settled,
+        is_root,
+        is_on_line,
+        workspace.most_sources,
+    );
     let vertex = |index: u32| vertices[index as usize];
     let Workspace { inserter, deferral, .. } = workspace;
     let limit = if is_root { usize::MAX } else { deferral.node_limit() };

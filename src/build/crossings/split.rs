@@ -11,8 +11,8 @@
 //!    /   \     |           /   \   a--  at it must still do so.
 //! ```
 //!
-//! One round: all pairs that cross are found; their rounded crossing points, and the ends of other segments that lie exactly
-//! on one of the two, cut the two. A bent piece is off its segment by rounding, and may so cross others: hence the next
+//! One round: all pairs that cross are found; their rounded crossing points, and the ends of other segments and the points that
+//! lie exactly on one of the two, cut the two. A bent piece is off its segment by rounding, and may so cross others: hence the next
 //! round. Each is a function of the set of segments. It does not matter in which order they come, which way they run, or
 //! how the search parts them.
 //!
@@ -92,6 +92,12 @@ pub enum SplitError {
     },
 }
 
+/// Gives all points within a rectangle that are vertices too, or more, some at a time; or says why it cannot.
+pub(in crate::build) type Points<'a, E> = dyn FnMut(Rect, &mut dyn FnMut(&[Point])) -> Result<(), E> + 'a;
+
+/// Points that are searched for on segments at once, at least.
+const BATCH: usize = 1 << 16;
+
 /// A point at which a segment is cut.
 #[derive(Clone, Copy)]
 struct Cut {
@@ -99,19 +105,25 @@ struct Cut {
     point: Point,
 }
 
-/// Bends segments through their crossing points until nothing crosses.
+/// Bends segments through their crossing points until nothing crosses. What else is a vertex cuts the segments that are bent and
+/// that it lies on, as their ends do.
 ///
 /// At most `limit` pairs may cross in a round; each takes about 50 bytes. All memory is about 200 bytes a segment. Segments
 /// without length stay as they are. After an error the segments are of no use.
-pub(in crate::build) fn split<T: Copy>(segments: &mut Vec<Segment<T>>, limit: usize) -> Result<Split, SplitError> {
-    split_in_rounds(segments, limit, MOST_ROUNDS)
+pub(in crate::build) fn split<T: Copy, E: From<SplitError>>(
+    segments: &mut Vec<Segment<T>>,
+    limit: usize,
+    points: &mut Points<'_, E>,
+) -> Result<Split, E> {
+    split_in_rounds(segments, limit, MOST_ROUNDS, points)
 }
 
-pub(super) fn split_in_rounds<T: Copy>(
+pub(super) fn split_in_rounds<T: Copy, E: From<SplitError>>(
     segments: &mut Vec<Segment<T>>,
     limit: usize,
     rounds: usize,
-) -> Result<Split, SplitError> {
+    points: &mut Points<'_, E>,
+) -> Result<Split, E> {
     let mut done = Split::default();
     loop {
         let mut cuts = Vec::new();
@@ -124,7 +136,7 @@ pub(super) fn split_in_rounds<T: Copy>(
             }
         });
         if stopped.is_break() {
-            return Err(SplitError::TooMany { limit });
+            return Err(SplitError::TooMany { limit }.into());
         }
         let crossings = cuts.len() as u64 / 2;
         let smallest = cuts.iter().map(|cut| cut.point).min_by(|p, q| p.lex_cmp(*q));
@@ -134,12 +146,13 @@ pub(super) fn split_in_rounds<T: Copy>(
                 rounds,
                 crossings,
                 point,
-            });
+            }
+            .into());
         }
         done.crossings.push(crossings);
         done.points.extend(cuts.iter().map(|cut| cut.point));
         make_distinct(&mut done.points);
-        cut_at_ends(segments, &mut cuts);
+        cut_at_vertices(segments, &mut cuts, points)?;
         bend(segments, cuts);
     }
     Ok(done)
@@ -150,26 +163,42 @@ fn make_distinct(points: &mut Vec<Point>) {
     points.dedup();
 }
 
-/// Adds the ends of other segments that lie on those that are cut.
-fn cut_at_ends<T>(segments: &[Segment<T>], cuts: &mut Vec<Cut>) {
+/// Adds the ends of other segments, and other points, that lie on those that are cut.
+fn cut_at_vertices<T, E>(segments: &[Segment<T>], cuts: &mut Vec<Cut>, points: &mut Points<'_, E>) -> Result<(), E> {
     cuts.sort_unstable_by_key(|cut| cut.segment);
     let mut numbers: Vec<u32> = cuts.iter().map(|cut| cut.segment).collect();
     numbers.dedup();
-    let mut lines: Vec<[Point; 2]> = numbers.iter().map(|&number| segments[number as usize].ends).collect();
+    let lines: Vec<[Point; 2]> = numbers.iter().map(|&number| segments[number as usize].ends).collect();
     let around = lines.iter().fold(Rect::EMPTY, |all, &line| all.union(bounds(line)));
     let ends = segments.iter().flat_map(|segment| segment.ends);
-    let mut ends: Vec<Point> = ends.filter(|&end| around.contains(end)).collect();
-    make_distinct(&mut ends);
-    // Ends are searched for as segments without length.
-    lines.extend(ends.iter().map(|&end| [end; 2]));
+    let mut near: Vec<Point> = ends.filter(|&end| around.contains(end)).collect();
+    cut_at(&lines, &numbers, &mut near, cuts);
+    // Each search looks at all lines.
+    let most = BATCH.max(lines.len());
+    points(around, &mut |some| {
+        near.extend(some.iter().filter(|&&point| around.contains(point)));
+        if near.len() >= most {
+            cut_at(&lines, &numbers, &mut near, cuts);
+        }
+    })?;
+    cut_at(&lines, &numbers, &mut near, cuts);
+    Ok(())
+}
+
+/// Cuts lines, which are segments with these numbers, at those of the points that lie on them. No points are left.
+fn cut_at(lines: &[[Point; 2]], numbers: &[u32], points: &mut Vec<Point>, cuts: &mut Vec<Cut>) {
+    make_distinct(points);
+    // Points are searched for as segments without length.
+    let mut all = lines.to_vec();
+    all.extend(points.drain(..).map(|point| [point; 2]));
     let point_of = |[a, b]: [Point; 2]| (a == b).then_some(a);
     let meet = |one: [Point; 2], other: [Point; 2], _: Rect| match (point_of(one), point_of(other)) {
         (Some(point), None) => is_on(point, other).then_some(point),
         (None, Some(point)) => is_on(point, one).then_some(point),
         _ => None,
     };
-    let _never_breaks = search(&lines, Rect::PLANE, &meet, &mut |one, other, point| {
-        // Those that are cut come before the ends.
+    let _never_breaks = search(&all, Rect::PLANE, &meet, &mut |one, other, point| {
+        // Those that are cut come before the points.
         let segment = numbers[one.min(other) as usize];
         cuts.push(Cut { segment, point });
         ControlFlow::Continue(())

@@ -29,6 +29,7 @@ use std::time::Instant;
 use tokio::runtime::Handle;
 use tokio::sync::oneshot;
 
+use super::inverted::{self, Inverted};
 use super::segments::{SEGMENT_BYTES, Segment};
 use super::vertex_index::VertexIndex;
 use crate::geometry::{MortonSquare, Point, Rect};
@@ -88,6 +89,17 @@ pub enum EditError {
         /// The number of the ring.
         line: u64,
     },
+    /// Rings of polygons are nested wrongly, so that some regions are covered by less than nothing.
+    #[error(
+        "{regions} regions are inside out, the first of them at ({}, {}): a hole lies outside its polygon, or in another hole",
+        first.point.x, first.point.y
+    )]
+    Inverted {
+        /// The first of them.
+        first: Inverted,
+        /// How many there are.
+        regions: u64,
+    },
     /// There are segments between record numbers, which a file does not know any more.
     #[error("the ends of segments are given as record numbers; a file can be changed by coordinates only")]
     Records,
@@ -129,6 +141,10 @@ pub struct EditSummary {
     pub hole_regions: u64,
     /// Triangles in holes.
     pub hole_triangles: u64,
+    /// Regions that are covered by less than nothing.
+    pub inverted_regions: u64,
+    /// The first of these.
+    pub first_inverted: Option<Inverted>,
     /// Bytes by which the file has grown.
     pub bytes_appended: u64,
     /// Bytes of the file.
@@ -223,17 +239,18 @@ impl Editor {
             segments,
             ..
         } = self;
-        edit(path, segments, lines, memory, || false).await
+        edit(path, segments, lines, memory, (false, || false)).await
     }
 }
 
-/// Makes segments constraints of a file, on a thread of its own. Lines that are new are entered in its directory.
+/// Makes segments constraints of a file, on a thread of its own. Lines that are new are entered in its directory. If regions may not be
+/// inside out and are, the file stays as it was.
 pub(super) async fn edit(
     path: PathBuf,
     segments: Vec<Segment>,
     lines: Vec<LineSource>,
     memory: u64,
-    is_cancelled: impl Fn() -> bool + Send + 'static,
+    (may_be_inverted, is_cancelled): (bool, impl Fn() -> bool + Send + 'static),
 ) -> Result<EditSummary, EditError> {
     let stop = StopOnDrop(Arc::new(AtomicBool::new(false)));
     let stopped = Arc::clone(&stop.0);
@@ -242,7 +259,13 @@ pub(super) async fn edit(
     let work = move || {
         let is_stopped = || stopped.load(Ordering::Relaxed) || is_cancelled();
         // If nobody waits for the answer any more, nobody needs it.
-        let _ = reply.send(edit_here(&path, &segments, &lines, memory, (&is_stopped, runtime)));
+        let _ = reply.send(edit_here(
+            &path,
+            &segments,
+            &lines,
+            memory,
+            (may_be_inverted, &is_stopped, runtime),
+        ));
     };
     let thread = thread::Builder::new().name("tile-edit".to_owned()).spawn(work);
     thread.map_err(|error| EditError::Internal(format!("cannot start a thread: {error}")))?;
@@ -264,7 +287,7 @@ fn edit_here(
     segments: &[Segment],
     lines: &[LineSource],
     memory: u64,
-    (is_stopped, runtime): (&dyn Fn() -> bool, Handle),
+    (may_be_inverted, is_stopped, runtime): (bool, &dyn Fn() -> bool, Handle),
 ) -> Result<EditSummary, EditError> {
     let began = Instant::now();
     let mut tiles = Tiles::open(path, memory / 2, runtime)?;
@@ -279,7 +302,14 @@ fn edit_here(
     let tile_reads = tiles.reads();
     let (labels, constraint_edges) = join(&mut tiles, memory, is_stopped)?;
     let (regions, spanning, hole_regions) = (labels.regions, labels.spanning, labels.hole_regions);
-    let hole_triangles = label(&mut tiles, labels, is_stopped)?;
+    let inverted_regions = labels.inverted_regions;
+    let (hole_triangles, first_inverted) = label(&mut tiles, labels, is_stopped)?;
+    if let Some(first) = first_inverted.filter(|_| !may_be_inverted) {
+        return Err(EditError::Inverted {
+            first,
+            regions: inverted_regions,
+        });
+    }
     let (tiles_written, length_before) = (
         tiles.is_changed.iter().filter(|changed| **changed).count(),
         tiles.length(),
@@ -302,6 +332,8 @@ fn edit_here(
         regions,
         hole_regions,
         hole_triangles,
+        inverted_regions,
+        first_inverted,
         bytes_appended: file_bytes - length_before,
         file_bytes,
         seconds: began.elapsed().as_secs_f64(),
@@ -377,34 +409,39 @@ fn join(tiles: &mut Tiles, memory: u64, is_stopped: &dyn Fn() -> bool) -> Result
     Ok((joining.finish(&metadata)?, constraint_edges))
 }
 
-/// Writes all tiles that were changed, and those in which a region changed. Returns how many triangles are in holes.
-fn label(tiles: &mut Tiles, labels: Labels, is_stopped: &dyn Fn() -> bool) -> Result<u64, EditError> {
+/// Writes all tiles that were changed, and those in which a region changed. Returns how many triangles are in holes, and where the
+/// first region is inside out, if one is.
+fn label(
+    tiles: &mut Tiles,
+    labels: Labels,
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<(u64, Option<Inverted>), EditError> {
+    let any_inverted = labels.inverted_regions > 0;
     tiles.label(labels)?;
-    let mut in_holes = 0;
+    let (mut in_holes, mut inverted) = (0, None);
     for id in (0..tiles.is_changed.len() as u32).map(TileId) {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
-        let tile = tiles.read(id)?;
-        if tiles.is_changed[id.0 as usize] {
-            in_holes += tile
-                .owned_triangles()
-                .filter(|&triangle| tile.is_hole(triangle))
-                .count() as u64;
-            continue;
+        let mut tile = tiles.read(id)?;
+        if !tiles.is_changed[id.0 as usize] {
+            let edit = EditTile::of(&tile);
+            let parts = Parts::of(&edit);
+            // The places of a tile that is not changed are its triangles.
+            let is_same = tiles.labels().is_none_or(|labels| {
+                let label = |triangle| labels.of(id, &parts, triangle);
+                (0..tile.triangle_count()).all(|triangle| tile.component(triangle) == label(triangle))
+            });
+            if !is_same {
+                tiles.write(edit)?;
+                tile = tiles.read(id)?;
+            }
         }
-        let edit = EditTile::of(&tile);
-        let parts = Parts::of(&edit);
-        let Some(labels) = tiles.labels() else { continue };
-        // The places of a tile that is not changed are its triangles.
-        let label = |place: u32| labels.of(id, &parts, place);
-        in_holes += tile
-            .owned_triangles()
-            .filter(|&triangle| label(triangle).is_hole)
-            .count() as u64;
-        if (0..tile.triangle_count()).any(|triangle| tile.component(triangle) != label(triangle)) {
-            tiles.write(edit)?;
+        let holes = tile.owned_triangles().filter(|&triangle| tile.is_hole(triangle));
+        in_holes += holes.count() as u64;
+        if any_inverted {
+            inverted = inverted::smaller(inverted, inverted::first_edge(&tile));
         }
     }
-    Ok(in_holes)
+    Ok((in_holes, inverted.map(inverted::of)))
 }

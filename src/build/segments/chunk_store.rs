@@ -62,6 +62,16 @@ impl ChunkStore {
         self.held
     }
 
+    /// Bytes of chunks that stay in memory.
+    pub(super) fn limit(&self) -> u64 {
+        self.limit
+    }
+
+    /// Bytes of the file.
+    pub(super) fn file_bytes(&self) -> u64 {
+        self.length
+    }
+
     /// Keeps a chunk of less than 4 GiB. Once one went to the file, all do.
     pub(super) fn append(&mut self, bytes: &[u8]) -> io::Result<Chunk> {
         let length = bytes.len() as u64;

@@ -31,7 +31,7 @@ use crate::store::EdgeSource;
 
 pub(super) use blocks::BlockSegments;
 pub(super) use cells::segments_of_leaves;
-pub(super) use spool::SegmentSpool;
+pub(super) use spool::{NO_Z, SegmentSpool};
 
 /// A line between two places, which will be a chain of edges.
 #[derive(Clone, Copy, Debug, PartialEq)]

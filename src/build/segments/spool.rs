@@ -12,6 +12,9 @@ use crate::geometry::Point;
 use crate::input::PointBatch;
 use crate::store::{EdgeSource, KdTree, LineKind};
 
+/// What stands for the z of an end that has none: those that come are finite.
+pub(in crate::build) const NO_Z: f64 = f64::NAN;
+
 /// Segments, first those by their ends and then those between points, each in the order in which they came.
 ///
 /// ```text
@@ -26,7 +29,7 @@ pub(in crate::build) struct SegmentSpool {
     capacity: usize,
     by_ends: Vec<Chunk>,
     by_ends_count: u64,
-    /// Whether z came with the ends of any segment: those of later chunks have it, 0 where they came without.
+    /// Whether z came with the ends of any segment: those of later chunks have it, [`NO_Z`] where they came without.
     has_z: bool,
     /// Those that are in no chunk yet.
     pending: Vec<Segment>,
@@ -77,6 +80,32 @@ impl SegmentSpool {
         (lists + pending + self.bytes.capacity()) as u64 + self.store.byte_size() + self.join.byte_size()
     }
 
+    /// How many came by their ends, and how many between points.
+    pub(in crate::build) fn counts(&self) -> [u64; 2] {
+        [self.by_ends_count, self.join.segments()]
+    }
+
+    /// Bytes that all of them take on the disk, about, while they come or while each block gets those that meet it, which
+    /// take the place of what was read; none if they stay in memory.
+    pub(in crate::build) fn disk_bytes(&self) -> u64 {
+        /// Of one by its ends: these and its source; and of its z.
+        const BY_ENDS: u64 = 36;
+        const Z: u64 = 16;
+        /// Of one between points: records that wait, places that were found, and its source.
+        const BETWEEN: u64 = 60;
+        let [by_ends, between] = self.counts();
+        let each = if self.has_z { BY_ENDS + Z } else { BY_ENDS };
+        let bytes = by_ends
+            .saturating_mul(each)
+            .saturating_add(between.saturating_mul(BETWEEN));
+        if bytes > self.store.limit() { bytes } else { 0 }
+    }
+
+    /// Bytes that are on the disk already.
+    pub(in crate::build) fn spilled_bytes(&self) -> u64 {
+        self.store.file_bytes()
+    }
+
     /// Takes segments by their ends, with z at each or none at all, of these lines.
     ///
     /// An error is an end or a z that is not valid, a line's number that is too large, lists of different lengths, or what the
@@ -116,7 +145,7 @@ impl SegmentSpool {
                 source: EdgeSource::new(kind, line),
             });
             if self.has_z {
-                self.pending_z.push(z.get(at).copied().unwrap_or([0.0; 2]));
+                self.pending_z.push(z.get(at).copied().unwrap_or([NO_Z; 2]));
             }
             self.by_ends_count += 1;
             if self.pending.len() >= self.capacity {
@@ -193,11 +222,37 @@ impl SegmentSpool {
         resolved.map_err(|error| self.cannot_spill(error))
     }
 
-    /// The ends of segments that came by them, two for each, as points with ascending record numbers from this one on.
+    /// The ends of segments that came by them, two for each, as points with ascending record numbers from this one on. Where
+    /// some have z, the others have 0.
     pub(in crate::build) fn ends_as_points(
         &self,
         first_record: u64,
     ) -> impl Iterator<Item = Result<PointBatch, BuildError>> + Send {
+        let batches = self.ends(first_record);
+        batches.map(|batch| {
+            let mut batch = batch?;
+            for z in batch.z.iter_mut().filter(|z| z.is_nan()) {
+                *z = 0.0;
+            }
+            Ok(batch)
+        })
+    }
+
+    /// z at the ends of those that [`for_each_chunk`](Self::for_each_chunk) gives first, in its order, [`NO_Z`] where there is
+    /// none; all others have none.
+    pub(in crate::build) fn z_of_ends(&self) -> Result<Vec<[f64; 2]>, BuildError> {
+        let mut all = Vec::new();
+        for batch in self.ends(0) {
+            let PointBatch { points, mut z, .. } = batch?;
+            z.resize(points.len(), NO_Z);
+            let pairs = points.as_chunks::<2>().0.iter().zip(z.as_chunks::<2>().0);
+            all.extend(pairs.filter(|([a, b], _)| a != b).map(|(_, z)| *z));
+        }
+        Ok(all)
+    }
+
+    /// The ends of segments that came by them, with z or [`NO_Z`].
+    fn ends(&self, first_record: u64) -> impl Iterator<Item = Result<PointBatch, BuildError>> + Send {
         let mut record = first_record;
         let mut bytes = Vec::new();
         let chunks = self.by_ends.iter().map(Some).chain([None]);

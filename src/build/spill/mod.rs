@@ -29,7 +29,7 @@ use run::RunWriter;
 
 pub(super) use cells::CellIndex;
 pub(super) use plan::{Block, Plan};
-pub(super) use resplit::{Limits, check_runs, damaged, plan_blocks};
+pub(super) use resplit::{Limits, check_runs, damaged, plan_blocks, read_points};
 pub(super) use run::{HEADER, Record, Run, chunk_length, decode_chunk};
 
 /// Points of a sample that are looked at: a cell of 1/512 has 128.
@@ -126,6 +126,11 @@ impl Spill {
             }
         }
         Ok(())
+    }
+
+    /// Writes what is in the buffers, and tells what the runs are by now.
+    pub(super) fn flush(&mut self) -> io::Result<Vec<Run>> {
+        self.runs.iter_mut().map(RunWriter::flushed).collect()
     }
 
     /// Writes what is left in the buffers.

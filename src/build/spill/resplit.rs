@@ -311,6 +311,22 @@ impl<'a> RunReader<'a> {
     }
 }
 
+/// Gives the points of a run, chunk by chunk.
+pub(in crate::build) fn read_points(run: &Run, folder: &Path, take: &mut dyn FnMut(&[Point])) -> io::Result<()> {
+    if run.length == 0 {
+        return Ok(());
+    }
+    let path = run.path(folder);
+    let mut reader = RunReader::open(&path, run.length)?;
+    let (mut chunk, mut points) = (Vec::new(), Vec::new());
+    while reader.next(&mut chunk)? {
+        points.clear();
+        decode_chunk(&chunk, |record| points.push(record.point)).map_err(|problem| damaged(&path, problem))?;
+        take(&points);
+    }
+    Ok(())
+}
+
 /// What is wrong with a run, as an error of reading it.
 pub(in crate::build) fn damaged(path: &Path, problem: &str) -> io::Error {
     let message = format!("{}: {problem}: the work is damaged, start again", path.display());

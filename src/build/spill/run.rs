@@ -131,6 +131,12 @@ impl RunWriter {
         Ok(())
     }
 
+    /// Ends the chunk, and tells what the run is by now.
+    pub(super) fn flushed(&mut self) -> io::Result<Run> {
+        self.flush()?;
+        Ok(self.run.clone())
+    }
+
     /// Writes what is left.
     pub(super) fn finish(mut self) -> io::Result<Run> {
         self.flush()?;

@@ -256,6 +256,12 @@ impl SegmentSource {
         &self.done
     }
 
+    /// Bytes read so far, as they are in the files.
+    #[must_use]
+    pub fn bytes_read(&self) -> u64 {
+        self.files.bytes_read()
+    }
+
     /// What a person should know about the files that are done, such as which rings were closed.
     #[must_use]
     pub fn notes(&self) -> &[String] {

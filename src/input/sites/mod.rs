@@ -158,6 +158,12 @@ impl SiteSource {
         &self.done
     }
 
+    /// Bytes read so far, as they are in the files.
+    #[must_use]
+    pub fn bytes_read(&self) -> u64 {
+        self.files.bytes_read()
+    }
+
     /// What a person should know about the files that are done.
     #[must_use]
     pub fn notes(&self) -> &[String] {

@@ -867,6 +867,7 @@ pub mod delaunay_tiles {
             pub const VT_HOLES: ::flatbuffers::VOffsetT = 28;
             pub const VT_EDGE_SIDES: ::flatbuffers::VOffsetT = 30;
             pub const VT_EDGE_SOURCES: ::flatbuffers::VOffsetT = 32;
+            pub const VT_EDGES: ::flatbuffers::VOffsetT = 34;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -878,6 +879,9 @@ pub mod delaunay_tiles {
                 args: &'args BorderArgs<'args>,
             ) -> ::flatbuffers::WIPOffset<Border<'bldr>> {
                 let mut builder = BorderBuilder::new(_fbb);
+                if let Some(x) = args.edges {
+                    builder.add_edges(x);
+                }
                 if let Some(x) = args.edge_sources {
                     builder.add_edge_sources(x);
                 }
@@ -1089,6 +1093,18 @@ pub mod delaunay_tiles {
                         .get::<::flatbuffers::ForwardsUOffset<Packed>>(Border::VT_EDGE_SOURCES, None)
                 }
             }
+            /// In a file without triangles: pairs of corners, each a constraint edge from one of the tile's vertices to the next one on
+            /// the line, in order. Each stands for a side in edge_sides, by its place. Absent: there are none.
+            #[inline]
+            pub fn edges(&self) -> Option<Packed<'a>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<Packed>>(Border::VT_EDGES, None)
+                }
+            }
         }
 
         impl ::flatbuffers::Verifiable for Border<'_> {
@@ -1133,6 +1149,7 @@ pub mod delaunay_tiles {
                         Self::VT_EDGE_SOURCES,
                         false,
                     )?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("edges", Self::VT_EDGES, false)?
                     .finish();
                 Ok(())
             }
@@ -1153,6 +1170,7 @@ pub mod delaunay_tiles {
             pub holes: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u8>>>,
             pub edge_sides: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub edge_sources: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
+            pub edges: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
         }
         impl<'a> Default for BorderArgs<'a> {
             #[inline]
@@ -1173,6 +1191,7 @@ pub mod delaunay_tiles {
                     holes: None,
                     edge_sides: None,
                     edge_sources: None,
+                    edges: None,
                 }
             }
         }
@@ -1256,6 +1275,11 @@ pub mod delaunay_tiles {
                     .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Border::VT_EDGE_SOURCES, edge_sources);
             }
             #[inline]
+            pub fn add_edges(&mut self, edges: ::flatbuffers::WIPOffset<Packed<'b>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Border::VT_EDGES, edges);
+            }
+            #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> BorderBuilder<'a, 'b, A> {
                 let start = _fbb.start_table();
                 BorderBuilder {
@@ -1293,6 +1317,7 @@ pub mod delaunay_tiles {
                 ds.field("holes", &self.holes());
                 ds.field("edge_sides", &self.edge_sides());
                 ds.field("edge_sources", &self.edge_sources());
+                ds.field("edges", &self.edges());
                 ds.finish()
             }
         }

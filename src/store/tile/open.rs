@@ -30,6 +30,14 @@ impl Tile {
         }
         let triangles = [entry.core_triangles, entry.border_triangles].map(|count| count as usize);
         let [core_sides, border_sides] = triangles.map(|count| 3 * count);
+        let edges = border_table
+            .edges()
+            .map(|edges| Packed::open(border, edges))
+            .transpose()?;
+        // Without triangles, edges stand for sides.
+        let edge_places = edges
+            .as_ref()
+            .map_or(core_sides + border_sides, |edges| edges.len() / 2);
         let open = |buffer: &Bytes, what: &str, table| Packed::open(buffer, table).map_err(|e| format!("{what}: {e}"));
         let this = Self {
             id,
@@ -56,11 +64,12 @@ impl Tile {
                     border,
                     border_table.edge_sides(),
                     border_table.edge_sources(),
-                    core_sides + border_sides,
+                    edge_places,
                 )
                 .map_err(|reason| format!("the border: {reason}"))?,
             ],
             regions: Regions::open((core, core_table), (border, border_table), triangles)?,
+            edges,
             sites: Sites::open(core, core_table, entry.vertices.into())?,
             marks: Arc::default(),
         };
@@ -122,6 +131,7 @@ impl Tile {
                 return Err(format!("a {what} is out of range or out of order"));
             }
         }
+        self.check_edges(entry)?;
         let overflows = |record: u64| self.first_record.checked_add(record).is_none();
         if overflows(self.records.largest()) && self.records.iter().any(overflows) {
             return Err("a record number exceeds 64 bits".to_owned());
@@ -147,6 +157,28 @@ impl Tile {
             Some((p, corner)) => Err(format!("corner {corner} is at ({}, {})", p.x, p.y)),
             None => Ok(()),
         }
+    }
+
+    /// Only a tile without triangles has edges: each from another one of its vertices, in order, to another corner.
+    fn check_edges(&self, entry: &TileEntry) -> Result<(), String> {
+        let Some(edges) = &self.edges else { return Ok(()) };
+        if entry.core_triangles > 0 || entry.border_triangles > 0 {
+            return Err("it has edges beside triangles".to_owned());
+        }
+        if edges.len() % 2 == 1 {
+            return Err("an edge has one end".to_owned());
+        }
+        let vertices = u64::from(entry.vertices);
+        let corners = vertices + self.foreign_count() as u64;
+        let mut next = 0;
+        for place in (0..edges.len()).step_by(2) {
+            let [from, to] = [edges.get(place), edges.get(place + 1)];
+            if from < next || from >= vertices || to >= corners || from == to {
+                return Err(format!("the edge from {from} to {to} is out of range or out of order"));
+            }
+            next = from + 1;
+        }
+        Ok(())
     }
 }
 

@@ -30,13 +30,11 @@ use xxhash_rust::xxh3::xxh3_128;
 
 use super::marks::Marks;
 use super::{Fault, VerifyError, VerifyReport};
-use crate::geometry::{Orientation, Point, orient2d, turn};
+use crate::geometry::{Point, compare_lines};
 use crate::store::{
     EdgeSource, LineKind, Needs, Plan, ReadError, Tile, TileId, TileReader, Workspaces, by_tile, list_for, spawn,
 };
 
-/// Bytes for segments, bits and tiles, if the reader has no limit.
-const DEFAULT_MEMORY: u64 = 512 << 20;
 /// Segments that are looked for at once, at least.
 const LEAST_SEGMENTS: u64 = 1 << 15;
 /// Places among tiles for each segment. Most meet one tile.
@@ -109,8 +107,8 @@ impl TileReader {
     /// source, and none is a constraint, otherwise. `next` fills batches and says whether there was one.
     ///
     /// It is proven by sums of hashes of 128 bits: what is wrong could pass by a collision only. That the file has no edge twice and
-    /// agrees with itself is for [`verify`](Self::verify) to prove. A file whose lines were split where they cross cannot be
-    /// compared, since its edges are beside their lines.
+    /// agrees with itself is for [`verify`](Self::verify) to prove. Of a file whose lines were split where they cross, edges are beside
+    /// their lines: it is to be compared with the pieces that [`LinesToSplit`](crate::build::LinesToSplit) makes of these.
     ///
     /// The segments are looked for in parts, as many at once as fit in the memory that the reader may use, or in 512 MiB; each
     /// part passes over the tiles that it meets. Beside them there is a bit for each source of an edge. Must be awaited within a tokio runtime.
@@ -122,13 +120,6 @@ impl TileReader {
         &self,
         next: impl FnMut(&mut LineBatch) -> Result<bool, E>,
     ) -> Result<VerifyReport, VerifyError> {
-        let crossings = self.directory().metadata.crossings;
-        if crossings > 0 {
-            return Err(VerifyError::Input(format!(
-                "{crossings} pairs of lines crossed and were split, so that edges lie beside the lines of the input: they cannot be \
-                 compared"
-            )));
-        }
         let counts = self.count_in_tiles(count).await?;
         let (plan, at_once) = self.plan_lines(&counts)?;
         self.verify_in_parts(next, counts, plan, at_once).await
@@ -137,7 +128,6 @@ impl TileReader {
     /// How to pass over the tiles, and how many segments to look for at once.
     fn plan_lines(&self, counts: &[u32]) -> Result<(Plan, usize), ReadError> {
         const BYTES: u64 = size_of::<Sought>() as u64 + PLACES * size_of::<Place>() as u64;
-        let directory = self.directory();
         let entries = counts.iter().map(|&count| u64::from(count));
         let (total, most) = (entries.clone().sum(), entries.max().unwrap_or(0));
         let needs = |segments: u64| Needs {
@@ -146,13 +136,8 @@ impl TileReader {
             per_thread: (most + 1) * BYTES_PER_ENTRY,
             ..Needs::default()
         };
-        let memory = self.memory().unwrap_or(DEFAULT_MEMORY);
-        // The more segments, the fewer passes; but tiles that are read ahead make these faster.
-        let left = memory.saturating_sub(needs(0).least(directory));
-        let segments = (left / 4 * 3 / BYTES).min(u32::MAX.into());
         // There are not many more segments than entries, as a rule.
-        let segments = segments.min(total).max(LEAST_SEGMENTS);
-        Ok((self.plan(needs(segments))?, segments as usize))
+        self.plan_lookups(needs, LEAST_SEGMENTS..total.min(u32::MAX.into()), BYTES)
     }
 
     /// Looks for the segments, so many at once.
@@ -330,17 +315,6 @@ impl Entry {
         let sources = self.source.cmp(&source);
         sources.then_with(line).then_with(|| self.ends[0].lex_cmp(from))
     }
-}
-
-/// The order of the straight lines through two edges, which run in lexicographic direction: by slope, and among parallel ones by
-/// side.
-fn compare_lines(one: [Point; 2], other: [Point; 2]) -> Ordering {
-    let order = |turn: Orientation| match turn {
-        Orientation::CounterClockwise => Ordering::Less,
-        Orientation::Collinear => Ordering::Equal,
-        Orientation::Clockwise => Ordering::Greater,
-    };
-    order(turn(one, other)).then_with(|| order(orient2d(one[0], one[1], other[0])))
 }
 
 /// The hash of the end less that of the start.

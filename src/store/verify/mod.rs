@@ -19,6 +19,7 @@
 //!
 //! [`TileReader::verify_points`], [`TileReader::verify_lines`] and [`TileReader::verify_sites`] compare it with its input.
 
+mod line;
 mod lines;
 mod marks;
 mod points;
@@ -30,14 +31,18 @@ mod tests;
 mod tile;
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use futures::stream::StreamExt;
 
-use super::{Directory, EdgeSource, Needs, ReadError, Tile, TileId, TileReader, Workspaces};
-use crate::geometry::{Orientation, Point, Rect, orient2d};
+use super::{Directory, EdgeSource, Needs, Plan, ReadError, Tile, TileId, TileReader, Workspaces};
+use crate::geometry::{Point, Rect};
 pub use lines::LineBatch;
 use tile::{Expected, Places, TileReport};
+
+/// Bytes for what is looked up, bits and tiles, if the reader has no limit.
+const LOOKUP_MEMORY: u64 = 512 << 20;
 
 /// What is wrong with a tile.
 #[derive(Clone, Debug)]
@@ -187,6 +192,21 @@ impl TileReader {
         })
     }
 
+    /// How to pass over the tiles, and how many things of so many bytes to look up in them at once: a number from the range, or its
+    /// start if that is empty. `needs` tells what a pass takes for so many.
+    fn plan_lookups(
+        &self,
+        needs: impl Fn(u64) -> Needs,
+        range: Range<u64>,
+        bytes: u64,
+    ) -> Result<(Plan, usize), ReadError> {
+        let memory = self.memory().unwrap_or(LOOKUP_MEMORY);
+        // The more at once, the fewer passes; but tiles that are read ahead make these faster.
+        let left = memory.saturating_sub(needs(0).least(self.directory()));
+        let at_once = (left / 4 * 3 / bytes).min(range.end).max(range.start);
+        Ok((self.plan(needs(at_once))?, at_once as usize))
+    }
+
     /// Checks the root of the directory against its entries, which are known to be right.
     fn verify_metadata(&self, totals: &Totals) -> Result<(), VerifyError> {
         let Directory { metadata, tiles, .. } = self.directory();
@@ -256,28 +276,8 @@ impl TileReader {
                 totals.hull_minima
             )));
         }
-        if metadata.triangles == 0 && metadata.vertices > 2 {
-            self.verify_collinear().await?;
-        }
-        Ok(())
-    }
-
-    /// Without triangles, all vertices must lie on one line.
-    async fn verify_collinear(&self) -> Result<(), VerifyError> {
-        let mut first: Vec<Point> = Vec::with_capacity(2);
-        let mut tiles = self.tiles();
-        while let Some(tile) = tiles.next().await {
-            let tile = tile?;
-            for (p, vertex) in tile.points().zip(0u32..) {
-                match first[..] {
-                    [a, b] if orient2d(a, b, p) != Orientation::Collinear => {
-                        let reason = format!("vertex {vertex} is not in line with others, but there are no triangles");
-                        return Err(Fault::new(reason).of(tile.id()));
-                    }
-                    [_, _] => {}
-                    _ => first.push(p),
-                }
-            }
+        if metadata.triangles == 0 {
+            self.verify_on_line().await?;
         }
         Ok(())
     }

@@ -9,8 +9,6 @@ use crate::geometry::Point;
 use crate::input::PointBatch;
 use crate::store::{Directory, Needs, Plan, ReadError, Tile, TileId, TileReader, Workspaces, by_tile, list_for, spawn};
 
-/// Bytes for points, bits and tiles, if the reader has no limit.
-const DEFAULT_MEMORY: u64 = 512 << 20;
 /// Points that are looked up at once, at least.
 const LEAST_POINTS: u64 = 1 << 16;
 /// Bytes that a look-up takes for each vertex of its tile: place and number to search in, and the number of what is found.
@@ -110,13 +108,12 @@ impl TileReader {
             per_vertex: BYTES_PER_VERTEX,
             ..Needs::default()
         };
-        let memory = self.memory().unwrap_or(DEFAULT_MEMORY);
-        // The more points, the fewer passes; but tiles that are read ahead make these faster.
-        let left = memory.saturating_sub(needs(0).least(directory));
-        let points = left / 4 * 3 / size_of::<Sought>() as u64;
         // The file has room for its vertices, whatever it says of points.
-        let points = points.min(directory.metadata.vertices).max(LEAST_POINTS);
-        Ok((self.plan(needs(points))?, points as usize))
+        self.plan_lookups(
+            needs,
+            LEAST_POINTS..directory.metadata.vertices,
+            size_of::<Sought>() as u64,
+        )
     }
 
     /// Looks the points up, tile by tile; `vertices` is what to compute in. Returns their memory.

@@ -175,7 +175,9 @@ pub(super) fn check(tile: &Tile, claims: &Claims, bounds: Rect) -> Result<Report
 pub(super) fn check_none(tile: &Tile) -> Result<(), Fault> {
     let has_labels = tile.component_count() != 1 || tile.component_at(0) != Component::default();
     let has_walls = (0..3 * tile.triangle_count()).any(|side| tile.is_wall(side));
-    if has_labels || has_walls || tile.edges_with_sources() > 0 {
+    // Without triangles there are edges, but no regions.
+    let has_sources = tile.edges_with_sources() > 0 && tile.triangle_count() > 0;
+    if has_labels || has_walls || has_sources {
         return Err(Fault::new(
             "it has regions, walls or sources, and the directory says that there are no regions",
         ));
@@ -242,10 +244,7 @@ fn check_side(tile: &Tile, side: u32, claims: &Claims) -> Result<Side, Fault> {
         count += 1;
         is_wall |= source.is_wall();
         expected += i64::from(source.depth_change());
-        let line = claims.lines.partition_point(|line| line.first <= source.number());
-        let line = line.checked_sub(1).map(|line| &claims.lines[line]);
-        let known = line.is_some_and(|l| l.kind == source.kind() && source.number() - l.first < l.lines);
-        if !known && !claims.lines.is_empty() {
+        if !LineSource::knows(&claims.lines, source) {
             let reason = format!("its edge to {beyond} comes from {source:?}, which the directory does not know");
             return Err(Fault::at(triangle, reason));
         }

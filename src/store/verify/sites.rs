@@ -14,8 +14,6 @@ use crate::geometry::Point;
 use crate::input::{SiteBatch, SiteId};
 use crate::store::{Needs, Plan, ReadError, Site, Tile, TileReader, Workspaces, by_tile, list_for, spawn};
 
-/// Bytes for sites, bits and tiles, if the reader has no limit.
-const DEFAULT_MEMORY: u64 = 512 << 20;
 /// Sites that are looked up at once, at least.
 const LEAST_SITES: u64 = 1 << 15;
 
@@ -57,7 +55,6 @@ impl TileReader {
     /// How to pass over the tiles, and how many sites to look up at once.
     fn plan_sites(&self, counts: &[u32]) -> Result<(Plan, usize), ReadError> {
         const BYTES: u64 = size_of::<Sought>() as u64;
-        let directory = self.directory();
         let sites = counts.iter().map(|&count| u64::from(count));
         let (total, most) = (sites.clone().sum(), sites.max().unwrap_or(0));
         let needs = |sites: u64| Needs {
@@ -65,10 +62,7 @@ impl TileReader {
             per_thread: most * size_of::<(u128, u32)>() as u64,
             ..Needs::default()
         };
-        let memory = self.memory().unwrap_or(DEFAULT_MEMORY);
-        let left = memory.saturating_sub(needs(0).least(directory));
-        let sites = (left / 4 * 3 / BYTES).min(total).max(LEAST_SITES);
-        Ok((self.plan(needs(sites))?, sites as usize))
+        self.plan_lookups(needs, LEAST_SITES..total, BYTES)
     }
 
     /// Looks the sites up, so many at once.

@@ -1,5 +1,6 @@
 //! The power of the verifier: right files that are made wrong, consistently and with right checksums.
 
+mod line;
 mod lines;
 mod model;
 mod regions;

@@ -1,11 +1,13 @@
 //! The input of a build, read again and compared with the file: points, lines, sites.
 //!
-//! Points, ends of segments and sites are vertices, and numbered as in the build: points first, then ends, then sites. Segments
+//! Points, ends of segments, points where these cross and sites are vertices, and numbered as in the build, in this order. Segments
 //! between records get their ends from the points, which are read again for each part of them that fits in memory.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use delaunay_tiles::build::{LinesToSplit, SplitLines};
+use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{InputOptions, PointBatch, PointSource, SegmentBatch, SiteBatch};
 use delaunay_tiles::store::{EdgeSource, LineBatch, TileReader};
 
@@ -27,6 +29,8 @@ pub struct Against<'a> {
     pub lines: &'a LineArgs,
     /// Bytes for segments between records, if there are any.
     pub memory: u64,
+    /// Bytes for segments that are to be split.
+    pub split_memory: u64,
 }
 
 /// How much was compared; nothing if there are neither lines nor sites.
@@ -57,18 +61,16 @@ impl Against<'_> {
     /// Compares a file with all of it: what says most of what is wrong comes first.
     pub async fn compare(&self, reader: &TileReader) -> anyhow::Result<Compared> {
         self.check_completeness(reader)?;
+        let split = match reader.directory().metadata.crossings {
+            0 => None,
+            crossings => Some(self.split(crossings)?),
+        };
         let (mut segments, mut sites) = (None, None);
         if self.has_lines() {
-            segments = Some(self.compare_lines(reader).await?);
+            segments = Some(self.compare_lines(reader, split.as_ref()).await?);
             sites = Some(self.compare_sites(reader).await?);
         }
-        let mut places = Places {
-            points: PointSource::open(self.inputs, &self.options)?,
-            lines: self.lines.open(self.inputs)?,
-            segments: SegmentBatch::default(),
-            sites: SiteBatch::default(),
-            next_record: 0,
-        };
+        let mut places = self.places(split.as_ref())?;
         let report = reader.verify_points(|batch| places.next_batch(batch)).await?;
         Ok(Compared {
             points: report.vertices,
@@ -80,13 +82,6 @@ impl Against<'_> {
     /// Says what was forgotten, where the file tells that.
     fn check_completeness(&self, reader: &TileReader) -> anyhow::Result<()> {
         let metadata = &reader.directory().metadata;
-        if metadata.crossings > 0 {
-            let crossings = common::thousands(metadata.crossings);
-            bail!(
-                "{crossings} pairs of its lines crossed and were split, at vertices that are not of the input: such a file cannot be \
-                 compared with its input as yet; --deep proves it without"
-            );
-        }
         if metadata.points > 0 && self.inputs.is_empty() {
             let points = common::thousands(metadata.points);
             bail!("it was built from {points} points too; name their files with --against");
@@ -101,28 +96,93 @@ impl Against<'_> {
         Ok(())
     }
 
-    async fn compare_lines(&self, reader: &TileReader) -> anyhow::Result<u64> {
+    /// All segments, in order.
+    fn segments(&self) -> anyhow::Result<Segments<'_>> {
         let has_pairs = self.lines.has_pairs(self.inputs);
         if has_pairs && self.inputs.iter().any(|path| path == Path::new("-")) {
             bail!("points that segments name by their numbers are read more than once; name a file instead of -");
         }
         let room = if has_pairs { self.memory / SEGMENT_BYTES } else { 0 };
-        let mut segments = Segments {
+        Ok(Segments {
             against: self,
             lines: self.lines.open(self.inputs)?,
             read: SegmentBatch::default(),
             ready: LineBatch::default(),
+            z: Vec::new(),
             given: 0,
             sought: Vec::new(),
             room: room.min(1 << 30) as usize,
+        })
+    }
+
+    /// Splits the segments where they cross, as the build did, at so many pairs.
+    fn split(&self, crossings: u64) -> anyhow::Result<SplitLines> {
+        let (mut segments, mut batch) = (self.segments()?, LineBatch::default());
+        let mut lines = LinesToSplit::new(self.split_memory);
+        while let Some(z) = segments.next_with_z(&mut batch)? {
+            lines.push(&batch, z)?;
+        }
+        let split = lines.split(|within, take| self.points_within(within, take))?;
+        if split.crossings() != crossings {
+            bail!(
+                "{} pairs of its lines crossed, and {} of these do: they are not those that it was built from",
+                common::thousands(crossings),
+                common::thousands(split.crossings())
+            );
+        }
+        Ok(split)
+    }
+
+    /// Gives the points, ends of lines and sites within a rectangle.
+    fn points_within(&self, within: Rect, take: &mut dyn FnMut(&[Point])) -> anyhow::Result<()> {
+        if self.inputs.iter().any(|path| path == Path::new("-")) {
+            bail!("points that lines are split at are read more than once; name a file instead of -");
+        }
+        let (mut places, mut batch) = (self.places(None)?, PointBatch::default());
+        while places.next_batch(&mut batch)? {
+            batch.points.retain(|&point| within.contains(point));
+            for point in &mut batch.points {
+                *point = point.normalized();
+            }
+            take(&batch.points);
+        }
+        Ok(())
+    }
+
+    /// All that lies at vertices, crossing points if lines were split.
+    fn places<'b>(&self, split: Option<&'b SplitLines>) -> anyhow::Result<Places<'b>> {
+        Ok(Places {
+            points: PointSource::open(self.inputs, &self.options)?,
+            lines: self.lines.open(self.inputs)?,
+            segments: SegmentBatch::default(),
+            sites: SiteBatch::default(),
+            split,
+            crossing_points: None,
+            next_record: 0,
+        })
+    }
+
+    /// Compares the file with the segments, or with what they were split to.
+    async fn compare_lines(&self, reader: &TileReader, split: Option<&SplitLines>) -> anyhow::Result<u64> {
+        let mut segments = self.segments()?;
+        let verified = match split {
+            None => reader.verify_lines(|batch| segments.next_batch(batch)).await,
+            Some(split) => {
+                // They are read to the end to count them, and for the names of their lines.
+                while segments.next_batch(&mut LineBatch::default())? {}
+                let mut pieces = split.pieces();
+                let next = |batch: &mut LineBatch| -> anyhow::Result<bool> {
+                    Ok(pieces.next().map(|pieces| *batch = pieces).is_some())
+                };
+                reader.verify_lines(next).await
+            }
         };
-        let verified = reader.verify_lines(|batch| segments.next_batch(batch)).await;
         let lines = segments.lines;
-        let report = verified.map_err(|error| lines.name_in(error.into()))?;
+        verified.map_err(|error| lines.name_in(error.into()))?;
         if reader.directory().metadata.seeds != lines.seeds() {
             bail!("its hole points are not those of the .poly files");
         }
-        Ok(report.segments)
+        Ok(lines.segments())
     }
 
     async fn compare_sites(&self, reader: &TileReader) -> anyhow::Result<u64> {
@@ -131,17 +191,20 @@ impl Against<'_> {
     }
 }
 
-/// All that lies at vertices: points, ends of segments, and sites, numbered one behind the other.
-struct Places {
+/// All that lies at vertices: points, ends of segments, points where these cross, and sites, numbered one behind the other.
+struct Places<'a> {
     points: PointSource,
     lines: Lines,
     segments: SegmentBatch,
     sites: SiteBatch,
+    split: Option<&'a SplitLines>,
+    /// The points where segments cross, once it is their turn.
+    crossing_points: Option<Box<dyn Iterator<Item = PointBatch> + 'a>>,
     /// One more than the largest number so far.
     next_record: u64,
 }
 
-impl Places {
+impl Places<'_> {
     fn next_batch(&mut self, batch: &mut PointBatch) -> anyhow::Result<bool> {
         if self.points.next_batch(batch)? {
             self.next_record = batch.records.last().map_or(0, |last| last + 1);
@@ -152,6 +215,8 @@ impl Places {
             if self.lines.next_batch(&mut self.segments)?.is_some() {
                 batch.points.extend_from_slice(self.segments.ends.as_flattened());
                 batch.z.extend_from_slice(self.segments.z.as_flattened());
+            } else if let Some(points) = self.next_crossing_points() {
+                *batch = points;
             } else if self.lines.next_sites(&mut self.sites)? {
                 batch.points.extend_from_slice(&self.sites.points);
                 batch.z.extend_from_slice(&self.sites.z);
@@ -160,9 +225,17 @@ impl Places {
             }
         }
         let next = self.next_record + batch.points.len() as u64;
+        batch.records.clear();
         batch.records.extend(self.next_record..next);
         self.next_record = next;
         Ok(true)
+    }
+
+    fn next_crossing_points(&mut self) -> Option<PointBatch> {
+        if let Some(split) = self.split.take() {
+            self.crossing_points = Some(Box::new(split.points(self.next_record)));
+        }
+        self.crossing_points.as_mut()?.next()
     }
 }
 
@@ -172,8 +245,9 @@ struct Segments<'a> {
     lines: Lines,
     /// What was read last.
     read: SegmentBatch,
-    /// Segments that are handed out next, of which so many were.
+    /// Segments that are handed out next, of which so many were; and z at their ends, or NaN.
     ready: LineBatch,
+    z: Vec<[f64; 2]>,
     given: usize,
     /// Records whose places are ends of these: twice the segment's place among them, and one more for its second end.
     sought: Vec<(u64, u32)>,
@@ -183,24 +257,34 @@ struct Segments<'a> {
 
 impl Segments<'_> {
     fn next_batch(&mut self, batch: &mut LineBatch) -> anyhow::Result<bool> {
+        Ok(self.next_with_z(batch)?.is_some())
+    }
+
+    /// The same, with z at the ends.
+    fn next_with_z(&mut self, batch: &mut LineBatch) -> anyhow::Result<Option<&[[f64; 2]]>> {
         batch.clear();
         if self.given == self.ready.ends.len() {
             self.ready.clear();
+            self.z.clear();
             self.given = 0;
             self.fill()?;
         }
         let end = self.ready.ends.len().min(self.given + BATCH);
         batch.ends.extend_from_slice(&self.ready.ends[self.given..end]);
         batch.sources.extend_from_slice(&self.ready.sources[self.given..end]);
+        let z = &self.z[self.given..end];
         self.given = end;
-        Ok(!batch.ends.is_empty())
+        Ok((!batch.ends.is_empty()).then_some(z))
     }
 
     /// Reads segments: a few, or as many as there is room for if points are to be read for them.
     fn fill(&mut self) -> anyhow::Result<()> {
         while let Some((kind, first)) = self.lines.next_batch(&mut self.read)? {
             let SegmentBatch {
-                ends, records, lines, ..
+                ends,
+                z,
+                records,
+                lines,
             } = &self.read;
             if !records.is_empty() && self.sought.is_empty() {
                 let more = (self.room + BATCH).saturating_sub(self.ready.ends.len());
@@ -210,6 +294,8 @@ impl Segments<'_> {
             }
             let sources = lines.iter().map(|line| EdgeSource::new(kind, first + line));
             self.ready.sources.extend(sources);
+            self.z.resize(self.ready.ends.len(), [f64::NAN; 2]);
+            self.z.extend_from_slice(z);
             self.ready.ends.extend_from_slice(ends);
             for pair in records {
                 let place = 2 * self.ready.ends.len() as u32;
@@ -220,6 +306,7 @@ impl Segments<'_> {
                 break;
             }
         }
+        self.z.resize(self.ready.ends.len(), [f64::NAN; 2]);
         self.look_up()
     }
 

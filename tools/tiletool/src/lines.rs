@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use delaunay_tiles::build::{BuildError, Builder, Crossings, Editor};
+use delaunay_tiles::build::{BuildError, Builder, Crossings, Editor, Inverted};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{PolySource, SegmentBatch, SegmentSource, SiteBatch, SiteSource};
 use delaunay_tiles::store::{LineKind, LineSource, VerifyError};
@@ -274,6 +274,15 @@ impl Lines {
         self.sets.iter().map(of_set).sum()
     }
 
+    /// Bytes read of all files but those of points.
+    pub fn bytes_read(&self) -> u64 {
+        let of_set = |set: &Set| match &set.source {
+            Source::Files(files) => files.bytes_read(),
+            Source::Poly(..) => 0,
+        };
+        self.sets.iter().map(of_set).sum::<u64>() + self.sites.bytes_read()
+    }
+
     /// Whether any has z.
     pub fn has_z(&self) -> bool {
         let has_z = |set: &Set| matches!(&set.source, Source::Files(files) if files.has_z());
@@ -330,6 +339,21 @@ impl Lines {
         name.unwrap_or_else(|| format!("line {line}"))
     }
 
+    /// Says of regions that are inside out where the first one is.
+    pub fn inverted_note(&self, regions: u64, first: Inverted) -> String {
+        let regions = match regions {
+            1 => "1 region is".to_owned(),
+            regions => format!("{} regions are", common::thousands(regions)),
+        };
+        format!(
+            "{regions} inside out, since rings are nested wrongly or cross, and covered all the same; the first is of {} at \
+             ({}, {})",
+            self.name(first.obstacle),
+            first.point.x,
+            first.point.y
+        )
+    }
+
     /// Says of an error that speaks of lines by their numbers which they are.
     pub fn name_in(&self, error: anyhow::Error) -> anyhow::Error {
         if let Some(VerifyError::Line { line, .. }) = error.downcast_ref() {
@@ -338,6 +362,19 @@ impl Lines {
         }
         match error.downcast_ref() {
             Some(&BuildError::OpenRing { obstacle }) => error.context(self.name(obstacle)),
+            Some(BuildError::Inverted { first, regions }) => {
+                let others = match regions {
+                    1 => String::new(),
+                    regions => format!("; {} regions are so", common::thousands(*regions)),
+                };
+                anyhow::anyhow!(
+                    "{} is inside out at ({}, {}): a hole of it lies outside of it or in another of its holes, or a ring of it \
+                     runs round there the other way{others}\nput it right, or give --crossings split, which covers such regions too",
+                    self.name(first.obstacle),
+                    first.point.x,
+                    first.point.y
+                )
+            }
             Some(BuildError::Crossings { first, count }) => {
                 let mut text = match count {
                     1 => "two lines cross:".to_owned(),

@@ -61,6 +61,9 @@ struct Output {
     input_segments: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     input_sites: Option<u64>,
+    /// Whether segments were compared as they were split.
+    #[serde(skip)]
+    split_at_crossings: bool,
     peak_memory_bytes: Option<u64>,
 }
 
@@ -80,6 +83,7 @@ pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
         input_points: None,
         input_segments: None,
         input_sites: None,
+        split_at_crossings: false,
         peak_memory_bytes: None,
     };
     let done = common::block_on(check(&args, &mut output)).with_context(|| args.file.display().to_string());
@@ -126,8 +130,12 @@ pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
     }
     if let Some(segments) = output.input_segments {
         text += &format!(
-            "All {} segments of the input are chains of edges that know their line, and no other edge is a constraint\n",
-            thousands(segments)
+            "All {} segments of the input{} are chains of edges that know their line, and no other edge is a constraint\n",
+            thousands(segments),
+            match output.split_at_crossings {
+                true => ", split again where they cross,",
+                false => "",
+            }
         );
     }
     if let Some(sites) = output.input_sites.filter(|&sites| sites > 0) {
@@ -142,8 +150,14 @@ async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
         options: args.input.options(),
         lines: &args.lines,
         memory: args.memory.bytes() / 8,
+        split_memory: args.memory.bytes() / 2,
     };
-    let reader = args.memory.open_beside(&args.file, against.byte_size()).await?;
+    let mut reader = args.memory.open_beside(&args.file, against.byte_size()).await?;
+    let is_split = reader.directory().metadata.crossings > 0 && !against.is_empty();
+    if is_split {
+        let others = against.byte_size() + against.split_memory;
+        reader = args.memory.open_beside(&args.file, others).await?;
+    }
     let report = reader.verify(args.deep).await?;
     output.tiles = report.tiles;
     output.vertices = report.vertices;
@@ -162,6 +176,7 @@ async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
     } = against.compare(&reader).await?;
     output.input_points = Some(points);
     output.input_segments = segments;
+    output.split_at_crossings = is_split;
     output.input_sites = sites;
     Ok(())
 }

@@ -223,13 +223,43 @@ fn files_of_lines_alone_and_polygons_of_triangle() {
 }
 
 #[test]
-fn lines_that_were_split_cannot_be_compared() {
+fn lines_that_were_split_are_split_again() {
     let scratch = Scratch::new();
-    scratch.write("cross.csv", "0,0,4,4\n4,0,0,4\n");
-    scratch.ok("build --segments cross.csv --crossings split -o cross.tiles --quiet");
+    scratch.write("cross.csv", "0,0,4,4.1\n4,0,0,4.1\n0,1,7,3\n");
+    scratch.write("others.csv", "0,0,4,4.1\n4,0,0,4\n0,1,7,3\n");
+    scratch.write("apart.csv", "0,0,4,4.1\n4,0,3,0\n");
+    scratch.write(
+        "fence.geojson",
+        r#"{"type":"LineString","coordinates":[[0,3,10],[7,1,20],[7,1,20],[0,2,15]]}"#,
+    );
+    scratch.write("gate.csv", "1.5,2,gate\n");
+    // The third point lies on the last line.
+    scratch.write("points.csv", "x,y\n1.5,2\n9,9\n3.5,2\n6,2\n");
+    let all = "--segments cross.csv --walls fence.geojson --sites gate.csv";
+    scratch.ok(&format!(
+        "build points.csv {all} --crossings split -o cross.tiles --quiet"
+    ));
     scratch.ok("verify --deep cross.tiles");
-    let error = scratch.fails("verify cross.tiles --segments cross.csv");
-    assert!(error.contains("1 pairs of its lines crossed"), "{error}");
+    let printed = scratch.ok(&format!("verify cross.tiles --against points.csv {all}"));
+    assert!(
+        printed.contains("All 6 segments of the input, split again where they cross, are chains of edges"),
+        "{printed}"
+    );
+    let error = scratch.fails("verify cross.tiles --against points.csv --segments cross.csv --sites gate.csv");
+    assert!(
+        error.contains("pairs of its lines crossed, and 3 of these do"),
+        "{error}"
+    );
+    scratch.ok("build points.csv --segments cross.csv --crossings split -o few.tiles --quiet");
+    let error = scratch.fails("verify few.tiles --against points.csv --segments others.csv");
+    assert!(error.contains("is no chain of edges that come from it"), "{error}");
+    let error = scratch.fails("verify few.tiles --against points.csv --segments apart.csv");
+    assert!(
+        error.contains("3 pairs of its lines crossed, and 0 of these do"),
+        "{error}"
+    );
+    let error = scratch.fails("verify few.tiles --segments cross.csv");
+    assert!(error.contains("it was built from 4 points too"), "{error}");
 }
 
 /// More segments between records than are looked up at once.

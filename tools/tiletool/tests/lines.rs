@@ -92,6 +92,12 @@ const BOW: &str = r#"{"type":"FeatureCollection","features":[
     {"type":"Feature","geometry":{"type":"Polygon","coordinates":[[[0,9],[1,9],[0,10],[0,9]]]}},
     {"type":"Feature","geometry":{"type":"Polygon","coordinates":[[[20,0],[28,4],[28,0],[20,12],[20,0]]]}}]}"#;
 
+/// A good triangle, and a square whose hole lies beside it.
+const BESIDE: &str = r#"{"type":"FeatureCollection","features":[
+    {"type":"Feature","geometry":{"type":"Polygon","coordinates":[[[0,9],[1,9],[0,10],[0,9]]]}},
+    {"type":"Feature","geometry":{"type":"Polygon","coordinates":[
+        [[0,0],[4,0],[4,4],[0,4],[0,0]],[[6,1],[6,3],[8,3],[8,1],[6,1]]]}}]}"#;
+
 /// A polygon without area: its two sides come in both directions each.
 const FLAT: &str = r#"{"type":"Polygon","coordinates":[[[5,1],[7,1],[5,1]]]}"#;
 
@@ -114,6 +120,7 @@ fn town() -> Scratch {
         ("court.poly", COURT),
         ("bow.geojson", BOW),
         ("flat.geojson", FLAT),
+        ("beside.geojson", BESIDE),
         (
             "bad.poly",
             "4 2 0 0\n1 0 0\n2 6 6\n3 6 0\n4 0 6\n2 0\n1 1 2\n2 3 4\n0\n",
@@ -165,6 +172,7 @@ fn obstacles_are_holes() {
         ("hole_triangles", 8 + 2),
     ];
     assert_has(&built, &counts);
+    assert_has(&built, &[("input_bytes", (GRID.len() + HOUSES.len()) as u64)]);
     let counts = [
         ("region_count", 3),
         ("hole_regions", 2),
@@ -331,6 +339,29 @@ fn lines_that_cross_are_split() {
         assert_has(&built, &counts);
         assert_has(&shown, &[("crossings", crossings), ("constraint_edges", edges)]);
     }
+    // A polygon that is inside out is named, or covers all the same.
+    let error = town.fails(
+        1,
+        "build --obstacles houses.geojson --obstacles beside.geojson -o no.tiles --quiet",
+    );
+    assert!(
+        error.starts_with("error: beside.geojson: feature 1 (counted from 0) is inside out at (6, 1): a hole of it"),
+        "{error}"
+    );
+    assert!(
+        error.ends_with("or give --crossings split, which covers such regions too\n"),
+        "{error}"
+    );
+    let [built, _] = town.build("--obstacles beside.geojson --crossings split");
+    assert_has(
+        &built,
+        &[("crossings", 0), ("inverted_regions", 1), ("hole_regions", 3)],
+    );
+    assert_eq!(
+        built["notes"][0],
+        "1 region is inside out, since rings are nested wrongly or cross, and covered all the same; the first is of \
+         beside.geojson: feature 1 (counted from 0) at (6, 1)"
+    );
     // Where nothing crosses it makes no difference.
     let [built, _] = town.build("grid.csv --obstacles houses.geojson --crossings split");
     assert_has(&built, &[("crossings", 0), ("ends", 0)]);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::super::split::{Segment, Split, SplitError, split, split_in_rounds};
+use super::super::split::{self, Segment, Split, SplitError};
 use super::*;
 
 fn numbered(segments: &[[Point; 2]]) -> Vec<Segment<u32>> {
@@ -213,4 +213,58 @@ fn ends_on_what_is_bent_stay_on_it() {
         .collect();
     assert_eq!(of_wall, [point([1, 3]), point([2, 6]), done.points[0], point([7, 21])]);
     check_split(&segments);
+}
+
+/// Splits where there are no other points.
+fn split<T: Copy>(segments: &mut Vec<Segment<T>>, limit: usize) -> Result<Split, SplitError> {
+    split::split(segments, limit, &mut |_, _| Ok(()))
+}
+
+fn split_in_rounds<T: Copy>(segments: &mut Vec<Segment<T>>, limit: usize, rounds: usize) -> Result<Split, SplitError> {
+    split::split_in_rounds(segments, limit, rounds, &mut |_, _| Ok(()))
+}
+
+#[test]
+fn points_on_segments_that_are_bent_cut_them() {
+    let p = Point::new;
+    // The first two cross where x is no double; the third does not cross anything.
+    let segments = [
+        [p(0.0, 0.0), p(9.0, 3.0)],
+        [p(5.0, -1.0), p(4.0, 3.0)],
+        [p(0.0, 5.0), p(9.0, 8.0)],
+    ];
+    let points = [
+        p(6.0, 2.0),
+        p(3.0, 1.0),
+        p(3.0, 1.5),
+        p(3.0, 6.0),
+        p(9.0, 3.0),
+        p(3.0, 1.0),
+    ];
+    for batch in [1, 2, 6] {
+        let mut asked = 0;
+        let mut given = |_: Rect, take: &mut dyn FnMut(&[Point])| {
+            asked += 1;
+            points.chunks(batch).for_each(take);
+            Ok::<_, SplitError>(())
+        };
+        let mut pieces = numbered(&segments);
+        let done = split::split(&mut pieces, 10, &mut given).unwrap();
+        assert_eq!((done.crossings.as_slice(), done.points.len(), asked), (&[1][..], 1, 1));
+        let crossing = done.points[0];
+        assert!(
+            crate::geometry::orient2d(p(0.0, 0.0), crossing, p(3.0, 1.0)) != crate::geometry::Orientation::Collinear
+        );
+        let of = |number| -> Vec<[Point; 2]> {
+            let its = pieces.iter().filter(|piece| piece.carried == number);
+            its.map(|piece| piece.ends).collect()
+        };
+        let along = |corners: &[Point]| corners.windows(2).map(|ends| [ends[0], ends[1]]).collect::<Vec<_>>();
+        assert_eq!(
+            of(0),
+            along(&[p(0.0, 0.0), p(3.0, 1.0), crossing, p(6.0, 2.0), p(9.0, 3.0)])
+        );
+        assert_eq!(of(1), along(&[p(5.0, -1.0), crossing, p(4.0, 3.0)]));
+        assert_eq!(of(2), segments[2..]);
+    }
 }

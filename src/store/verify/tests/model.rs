@@ -66,6 +66,11 @@ pub(super) fn smallest_first(mut t: Named) -> Named {
 }
 
 impl ModelTile {
+    /// Without triangles.
+    fn is_on_line(&self) -> bool {
+        self.core.is_empty() && self.border.is_empty()
+    }
+
     fn of(tile: &Tile) -> Self {
         let all = || (0..tile.triangle_count()).map(|t| (t, smallest_first(tile.vertices(t).map(|v| v.id))));
         let edge = |side: u32| tile.ends(side).map(|v| v.id);
@@ -213,8 +218,10 @@ impl Model {
         (metadata.points, metadata.duplicates, metadata.ends) = (metadata.vertices, 0, 0);
         metadata.bounds = entries.iter().fold(Rect::EMPTY, |all, e| all.union(e.bounds));
         metadata.tile_vertices = 1000;
+        let on_line = self.tiles.iter().filter(|tile| tile.is_on_line());
+        let on_line = on_line.flat_map(|tile| tile.sources.keys());
         let constraints = self.tiles.iter().flat_map(|tile| &tile.constraints);
-        metadata.constraint_edges = constraints.collect::<HashSet<_>>().len() as u64;
+        metadata.constraint_edges = constraints.chain(on_line).collect::<HashSet<_>>().len() as u64;
         metadata.hull_edges = match metadata.triangles {
             0 => 0,
             triangles => (2 * metadata.vertices - 2).saturating_sub(triangles),
@@ -228,7 +235,10 @@ impl Model {
 
     fn encode(&self, id: TileId, tile: &ModelTile) -> (CoreDraft, BorderDraft, TileEntry) {
         let own = tile.points.len() as u32;
-        let mut foreign: Vec<VertexId> = tile.border.iter().flatten().copied().filter(|v| v.tile != id).collect();
+        let is_on_line = tile.is_on_line();
+        let corners = tile.border.iter().flatten();
+        let ends = tile.sources.keys().flatten().filter(|_| is_on_line);
+        let mut foreign: Vec<VertexId> = corners.chain(ends).copied().filter(|v| v.tile != id).collect();
         foreign.sort_unstable();
         foreign.dedup();
         let corner = |v: VertexId| match foreign.binary_search(&v) {
@@ -291,6 +301,20 @@ impl Model {
             let in_core = |side: Option<&u32>| side.is_some_and(|&side| side < core_sides);
             let part = usize::from(!in_core(forward) || !in_core(backward));
             edge_sources[part].extend(sources.iter().map(|source| (side, seen(source))));
+        }
+        let mut edges = Vec::new();
+        if is_on_line {
+            let all = tile.sources.iter().map(|(&[a, b], sources)| {
+                let is_forward = at(a).lex_cmp(at(b)).is_lt();
+                let seen = |source: &EdgeSource| if is_forward { *source } else { source.reversed() };
+                let ends = if is_forward { [a, b] } else { [b, a] };
+                (ends.map(corner), sources.iter().map(seen).collect::<Vec<_>>())
+            });
+            let mut all: Vec<_> = all.collect();
+            all.sort_unstable();
+            edges.extend(all.iter().map(|(ends, _)| *ends));
+            let numbered = (0..).zip(&all);
+            edge_sources[1].extend(numbered.flat_map(|(edge, (_, sources))| sources.iter().map(move |&s| (edge, s))));
         }
         edge_sources.iter_mut().for_each(|edges| edges.sort_unstable());
         let [of_core, of_others] = edge_sources;
@@ -359,6 +383,7 @@ impl Model {
             components: border_components,
             regions,
             edge_sources: of_others,
+            edges,
         };
         (core, border, entry)
     }

@@ -261,7 +261,7 @@ async fn build_points(
         filtered: counts.filtered,
         invalid: counts.invalid,
         segments: lines.segments(),
-        input_bytes: counts.bytes_read,
+        input_bytes: counts.bytes_read + lines.bytes_read(),
         notes: source.notes().iter().cloned().chain(lines.notes()).collect(),
     };
     builder.describe(Description {
@@ -271,6 +271,9 @@ async fn build_points(
         memo: serde_json::to_string(&read)?,
     });
     let summary = builder.finish().await?;
+    if let Some(first) = summary.first_inverted {
+        read.notes.push(lines.inverted_note(summary.inverted_regions, first));
+    }
     let ends = common::thousands(summary.ends);
     if has_z && !lines_have_z && summary.ends > 0 {
         read.notes.push(format!(

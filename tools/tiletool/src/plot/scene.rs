@@ -5,7 +5,7 @@ use std::collections::BinaryHeap;
 use anyhow::ensure;
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::mesh::{EngineKind, Triangulation};
-use delaunay_tiles::store::TileReader;
+use delaunay_tiles::store::{Tile, TileReader, VertexId};
 use futures::TryStreamExt;
 
 /// The most triangles, and the most vertices, of a file that is drawn whole.
@@ -61,6 +61,17 @@ impl Scene {
             Some(first)
         });
         let first_of: Vec<u32> = first_of.collect();
+        let number = |tile: &Tile, id: VertexId| {
+            let owner = id.tile.0 as usize;
+            let known = directory.tiles.get(owner).is_some_and(|t| id.index < t.vertices);
+            ensure!(
+                known,
+                "{}: tile {} names vertex {id}, which is not there",
+                reader.name(),
+                tile.id()
+            );
+            Ok(first_of[owner] + id.index)
+        };
         let limit = directory.metadata.triangles as usize;
         let mut points = Vec::new();
         let (mut triangles, mut border, mut holes) = (Vec::new(), Vec::new(), Vec::new());
@@ -69,19 +80,18 @@ impl Scene {
         while let Some(tile) = tiles.try_next().await? {
             sites.extend(tile.sites().map(|site| points.len() as u32 + site.vertex));
             points.extend(tile.points());
+            // Without triangles, edges stand alone.
+            for edge in tile.owned_constraints().filter(|_| tile.triangle_count() == 0) {
+                let [a, b] = tile.ends(edge).map(|vertex| number(&tile, vertex.id));
+                match tile.is_wall(edge) {
+                    true => walls.push([a?, b?]),
+                    false => constraints.push([a?, b?]),
+                }
+            }
             for triangle in tile.owned_triangles() {
                 let mut corners = [0; 3];
                 for (corner, vertex) in corners.iter_mut().zip(tile.vertices(triangle)) {
-                    let owner = vertex.id.tile.0 as usize;
-                    let known = directory.tiles.get(owner).is_some_and(|t| vertex.id.index < t.vertices);
-                    ensure!(
-                        known,
-                        "{}: tile {} names vertex {}, which is not there",
-                        reader.name(),
-                        tile.id(),
-                        vertex.id
-                    );
-                    *corner = first_of[owner] + vertex.id.index;
+                    *corner = number(&tile, vertex.id)?;
                 }
                 for side in (0..3).filter(|&s| tile.is_constraint(3 * triangle + s)) {
                     let [a, b] = [side, (side + 1) % 3].map(|s| corners[s as usize]);

@@ -1,0 +1,101 @@
+//! A file without triangles: all its vertices lie on one line, and its constraint edges join each with the next one there.
+//!
+//! Cells are convex, so each has a stretch of the line. Of a tile is noted where its stretch begins and ends, and which vertex
+//! of another tile it names as the next; that must be the first one of the next stretch.
+
+use futures::stream::StreamExt;
+
+use super::{Fault, VerifyError};
+use crate::geometry::{Orientation, Point, orient2d};
+use crate::store::{LineSource, Tile, TileId, TileReader, Vertex, VertexId};
+
+/// The part of the line that a tile has.
+struct Stretch {
+    tile: TileId,
+    first: Vertex,
+    /// The vertex of another tile that an edge leads to.
+    next: Option<Vertex>,
+}
+
+impl TileReader {
+    /// Checks a file without triangles.
+    pub(super) async fn verify_on_line(&self) -> Result<(), VerifyError> {
+        let lines = &self.directory().metadata.lines;
+        let mut start: Vec<Point> = Vec::with_capacity(2);
+        let mut stretches = Vec::new();
+        let mut tiles = self.tiles();
+        while let Some(tile) = tiles.next().await {
+            let tile = tile?;
+            check_collinear(&tile, &mut start).map_err(|fault| fault.of(tile.id()))?;
+            stretches.extend(check_edges(&tile, lines).map_err(|fault| fault.of(tile.id()))?);
+        }
+        stretches.sort_unstable_by(|a, b| a.first.point.lex_cmp(b.first.point));
+        for (place, stretch) in stretches.iter().enumerate() {
+            let follows = stretches.get(place + 1).map(|next| next.first);
+            if stretch.next.is_some() && stretch.next != follows {
+                let reason = "its last edge leads to a vertex that is not the next one on the line";
+                return Err(Fault::new(reason).of(stretch.tile));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The vertices of a tile are in line with the first two of the file.
+fn check_collinear(tile: &Tile, start: &mut Vec<Point>) -> Result<(), Fault> {
+    for (p, vertex) in tile.points().zip(0u32..) {
+        match start[..] {
+            [a, b] if orient2d(a, b, p) != Orientation::Collinear => {
+                let reason = format!("vertex {vertex} is not in line with others, but there are no triangles");
+                return Err(Fault::new(reason));
+            }
+            [_, _] => {}
+            _ => start.push(p),
+        }
+    }
+    Ok(())
+}
+
+/// Each edge leads from a vertex to the next one on the line, and has sources that the directory knows.
+fn check_edges(tile: &Tile, lines: &[LineSource]) -> Result<Option<Stretch>, Fault> {
+    let mut along: Vec<u32> = (0..tile.vertex_count()).collect();
+    along.sort_unstable_by(|&a, &b| tile.point(a).lex_cmp(tile.point(b)));
+    let mut places = vec![0; along.len()];
+    for (&vertex, place) in along.iter().zip(0usize..) {
+        places[vertex as usize] = place;
+    }
+    let Some(&first) = along.first() else {
+        return Ok(None);
+    };
+    let mut next = None;
+    for edge in tile.owned_constraints() {
+        let [from, to] = tile.ends(edge);
+        let follows = along.get(places[from.id.index as usize] + 1);
+        let is_next = match follows {
+            Some(&index) => to.id == VertexId { tile: tile.id(), index },
+            None => to.id.tile != tile.id(),
+        };
+        if !is_next || from.point.lex_cmp(to.point).is_ge() {
+            return Err(Fault::new(format!(
+                "its edge from ({}, {}) to ({}, {}) does not lead to the next vertex on the line",
+                from.point.x, from.point.y, to.point.x, to.point.y
+            )));
+        }
+        if to.id.tile != tile.id() {
+            next = Some(to);
+        }
+        let mut sources = tile.edge_sources(edge).peekable();
+        if sources.peek().is_none() {
+            return Err(Fault::new("one of its edges is a constraint without a source"));
+        }
+        if let Some(source) = sources.find(|&source| !LineSource::knows(lines, source)) {
+            let reason = format!("one of its edges comes from {source:?}, which the directory does not know");
+            return Err(Fault::new(reason));
+        }
+    }
+    Ok(Some(Stretch {
+        tile: tile.id(),
+        first: tile.vertex(first),
+        next,
+    }))
+}
