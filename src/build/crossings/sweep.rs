@@ -7,14 +7,14 @@
 //!   where they begin in that direction; those that have not ended when another begins are compared with it. So parallels
 //!   of any slope are parted, which their bounding boxes do not.
 //! - Segments with an end in common do not meet elsewhere. Those about an end of many, like the centre of a star, are a
-//!   **fan**, and not compared with each other.
+//!   **fan**, and not compared with each other. Nor are many on one straight line, which do not cross: they are one too.
 
 use std::collections::HashMap;
 use std::f64;
 use std::ops::ControlFlow;
 
 use super::boxes::{bounds, boxes_meet, share_an_end};
-use crate::geometry::{Point, Rect};
+use crate::geometry::{Point, Rect, compare_lines};
 
 /// The least segments of a fan.
 const FAN: usize = 32;
@@ -162,20 +162,27 @@ fn find_fans(lines: &mut [Line]) -> Vec<usize> {
         ends.extend(line.ends.map(|end| (end, number)));
     }
     ends.sort_unstable_by(|a, b| a.0.lex_cmp(b.0));
-    let mut fans: Vec<_> = ends
-        .chunk_by(|a, b| a.0 == b.0)
-        .filter(|fan| fan.len() >= FAN)
-        .collect();
+    let with_length = lines.iter().zip(0..).filter(|(line, _)| line.ends[0] != line.ends[1]);
+    let mut along: Vec<([Point; 2], usize)> = with_length.map(|(line, number)| (line.ends, number)).collect();
+    along.sort_unstable_by(|a, b| compare_lines(a.0, b.0));
+    let around = ends.chunk_by(|a, b| a.0 == b.0).filter(|fan| fan.len() >= FAN);
+    let on_line = along.chunk_by(|a, b| compare_lines(a.0, b.0).is_eq());
+    let on_line = on_line.filter(|fan| fan.len() >= FAN);
+    let mut fans: Vec<Vec<usize>> = around.map(numbers_of).chain(on_line.map(numbers_of)).collect();
     // The largest last, to have the last word.
     fans.sort_by_key(|fan| fan.len());
     for (fan, members) in (1..).zip(&fans) {
-        for &(_, number) in *members {
+        for &number in members {
             lines[number].fan = fan;
         }
     }
     let mut counts = vec![0; fans.len() + 1];
     lines.iter().for_each(|line| counts[line.fan] += 1);
     counts
+}
+
+fn numbers_of<T>(some: &[(T, usize)]) -> Vec<usize> {
+    some.iter().map(|(_, number)| *number).collect()
 }
 
 /// Where each line begins and ends in the direction across which they are thinnest, rounded outwards, and how thin they are:
