@@ -163,14 +163,9 @@ impl Run {
     async fn path(&mut self, found: &Found, to: &Place) -> Result<Path, QueryError> {
         let mut way = self.wave.way(found.root);
         way.push((to.point, to.vertex()));
-        route::path(
-            &mut self.tiles,
-            &way,
-            [&self.source, to],
-            found.length,
-            self.options.certify,
-        )
-        .await
+        let ends = [&self.source, to];
+        let path = route::path(&mut self.tiles, &way, ends, found.length, self.options.certify).await;
+        path.map_err(|error| error.at_least(found.length))
     }
 
     fn legs(&self, found: &Found) -> usize {

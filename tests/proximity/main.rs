@@ -18,7 +18,7 @@ use support::oracle::{Oracle, Walk};
 use support::{Random, runtime};
 
 /// Vertices of a tile.
-const TILES: [usize; 4] = [4, 9, 40, 1 << 16];
+const TILES: [usize; 3] = [4, 20, 1 << 16];
 
 fn is_near(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * b.abs()

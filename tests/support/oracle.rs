@@ -285,9 +285,9 @@ impl Oracle {
                 ways[vertex][sector] = 0.0;
             }
         } else {
-            for vertex in 0..self.points.len() {
+            for (vertex, there) in ways.iter_mut().enumerate() {
                 for step in self.steps(source, &self.spots[vertex], vertex) {
-                    ways[vertex][step.to_sector] = ways[vertex][step.to_sector].min(step.length);
+                    there[step.to_sector] = there[step.to_sector].min(step.length);
                 }
             }
         }
