@@ -76,7 +76,7 @@ impl fmt::Display for Backend {
 /// What the system says of the file; and if [`Backend::Uring`] is asked for and refused, that.
 pub fn open(path: &Path, backend: Backend) -> io::Result<Box<dyn ReadAt>> {
     if backend == Backend::Threads {
-        return Ok(Box::new(ThreadsFile::open(path)?));
+        return Ok(Box::new(ThreadsFile::open(path)?.for_tiles()));
     }
     match open_on_ring(path) {
         Ok(file) => file,
@@ -88,7 +88,7 @@ pub fn open(path: &Path, backend: Backend) -> io::Result<Box<dyn ReadAt>> {
             static TOLD: Once = Once::new();
             TOLD.call_once(|| tracing::warn!(%error, "the system refuses an io_uring; threads do the I/O"));
             Ok(Box::new(FallenBack {
-                file: ThreadsFile::open(path)?,
+                file: ThreadsFile::open(path)?.for_tiles(),
                 note: format!("the system refuses an io_uring: {error}"),
             }))
         }

@@ -104,10 +104,8 @@ impl Buffers {
         match free.iter().position(fits) {
             Some(place) => free.remove(place),
             None => {
-                // What does not fit now may never fit again.
-                if free.len() >= self.kept {
-                    free.pop_front();
-                }
+                // What does not fit now may never fit again; so there are never more buffers than were in use at once.
+                free.pop_front();
                 None
             }
         }
@@ -203,9 +201,10 @@ mod tests {
         assert!(buffers.find(8 * SMALL).is_none());
         assert_eq!(buffers.free.lock().len(), KEPT - 1, "what did not fit made room");
         drop(buffers.take(8 * SMALL));
+        assert_eq!(buffers.free.lock().len(), KEPT - 1, "and again, for one that does");
         assert!(buffers.find(8 * SMALL).is_some());
         drop(buffers.take(100));
-        assert_eq!(buffers.free.lock().len(), KEPT - 1);
+        assert_eq!(buffers.free.lock().len(), KEPT - 2);
         buffers.clear();
         assert!(buffers.free.lock().is_empty());
         for length in [SMALL, SMALL + 1, 3_400_000, 15_000_000, 16 << 20] {

@@ -121,6 +121,9 @@ impl<T: ReadAt + ?Sized> ReadAt for Box<T> {
     }
 }
 
+/// The most buffers that are kept of a file of tiles: as many as a scan may give back before it takes another.
+const KEPT_OF_TILES: usize = 16;
+
 /// How many bytes a range is.
 fn length_of(range: &Range<u64>) -> io::Result<usize> {
     let length = range.end.checked_sub(range.start).map(usize::try_from);

@@ -11,7 +11,7 @@ use bytes::Bytes;
 use futures::future::BoxFuture;
 
 use super::buffers::Buffers;
-use super::{ReadAt, WriteAt, check_within, end_of, length_of, pool};
+use super::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, end_of, length_of, pool};
 
 /// A file on disk. Clones share it.
 #[derive(Clone, Debug)]
@@ -59,6 +59,12 @@ impl ThreadsFile {
 }
 
 impl ThreadsFile {
+    /// Keeps as many buffers as a scan of tiles uses over and over.
+    pub(super) fn for_tiles(mut self) -> Self {
+        self.buffers = Buffers::keeping(KEPT_OF_TILES);
+        self
+    }
+
     /// Waits until all that was written is on the medium, and lets the system take back the memory that it keeps it in.
     ///
     /// For files that nobody reads soon. What others read stays in memory, and what is written next takes pages that were in

@@ -199,10 +199,10 @@ impl TileReader {
         ids: Vec<TileId>,
         plan: Plan,
     ) -> impl Stream<Item = Result<TileInPass, ReadError>> + Send + Unpin + 'static {
-        let (reader, slots) = (self.clone(), Arc::new(Semaphore::new(plan.tiles)));
+        let (reader, slots) = (Passing(self.clone()), Arc::new(Semaphore::new(plan.tiles)));
         // Slots are taken in the order of the tiles, so the tile that all others wait for has one.
         let loads = stream::iter(ids).then(move |id| {
-            let (reader, slots) = (reader.clone(), Arc::clone(&slots));
+            let (reader, slots) = (reader.0.clone(), Arc::clone(&slots));
             async move { (slots.acquire_owned().await, reader.load_ahead(id)) }
         });
         let loads = loads.map(|(slot, load)| async move {

@@ -20,7 +20,7 @@ use rustix::fs::{AtFlags, OFlags, StatxFlags, fcntl_getfl, fcntl_setfl, statx};
 use tokio::sync::oneshot;
 
 use super::buffers::{ALIGNMENT, Buffers};
-use super::{ReadAt, WriteAt, check_within, length_of};
+use super::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, length_of};
 pub(super) use ring::Ring;
 use ring::{Operation, gone};
 
@@ -91,7 +91,7 @@ impl UringFile {
             length: file.metadata()?.len(),
             file,
             is_direct,
-            buffers: Buffers::default(),
+            buffers: Buffers::keeping(KEPT_OF_TILES),
         };
         Ok(Self {
             shared: Arc::new(shared),
