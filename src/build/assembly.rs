@@ -224,7 +224,7 @@ impl Assembly {
             deferral: Arc::new(Deferral::new(self.options.memory)),
         });
         // Whoever drops this future stops the threads too.
-        let _stop = StopOnDrop(&conquest.board);
+        let stop = StopOnDrop(&conquest.board);
         let first_tile = finished.cores.len() as u32;
         let resumed_blocks = finished.blocks;
         let mut output = Output::new(file, path.clone(), finished.cores, journal, resumed_blocks);
@@ -286,6 +286,9 @@ impl Assembly {
         let deferred = conquest.deferral.take();
         let border_triangles = conquest.log.lock().triangle_count();
         let starved = conquest.board.starved();
+        drop(stop);
+        // An edit needs all the memory.
+        drop((conquest, segments));
         let edited = match deferred.is_empty() {
             true => EditSummary::default(),
             false => {
@@ -419,19 +422,13 @@ impl Assembly {
     async fn insert(&self, path: &Path, segments: Vec<Segment>) -> Result<EditSummary, BuildError> {
         let _span = tracing::debug_span!("insert", segments = segments.len()).entered();
         let (progress, folder) = (Arc::clone(&self.options.progress), Arc::clone(&self.folder));
+        let memory = self.options.memory + 2 * self.segment_memory;
         // The thread holds the folder's lock too: it may outlive this future.
         let is_cancelled = move || {
             let _ = &folder;
             progress.is_cancelled()
         };
-        let mut edited = edit(
-            path.to_owned(),
-            segments,
-            Vec::new(),
-            self.options.memory,
-            (true, is_cancelled),
-        )
-        .await?;
+        let mut edited = edit(path.to_owned(), segments, Vec::new(), memory, (true, is_cancelled)).await?;
         if edited.bytes_appended > edited.file_bytes / UNUSED_SHARE {
             let reader = TileReader::open(path, OpenOptions::default().memory(self.options.memory)).await;
             let reader = reader.map_err(EditError::Read)?;

@@ -9,7 +9,9 @@ mod reference;
 
 use std::collections::HashMap;
 
-use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, Editor};
+use delaunay_tiles::build::{
+    BuildError, BuildOptions, BuildSummary, Builder, Crossings, EditError, EditSummary, Editor,
+};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::{EdgeSource, LineKind, TileReader, VerifyError};
@@ -57,6 +59,8 @@ pub(crate) struct Input {
     lines: Vec<Line>,
     seeds: Vec<Point>,
     exterior_is_hole: bool,
+    /// Whether rings may be nested wrongly.
+    may_be_inverted: bool,
     sites: Vec<(Point, SiteId)>,
 }
 
@@ -74,6 +78,10 @@ impl Input {
     async fn build(&self, scratch: &Scratch, options: BuildOptions) -> Result<BuildSummary, BuildError> {
         let options = BuildOptions {
             exterior_is_hole: self.exterior_is_hole,
+            crossings: match self.may_be_inverted {
+                true => Crossings::Split,
+                false => Crossings::Error,
+            },
             ..options
         };
         let mut builder = Builder::new(&scratch.path, options)?;
@@ -103,21 +111,17 @@ impl Input {
 
     /// Builds a file with the first lines, of which there are so many, and all vertices; the others come when it is there. None:
     /// it has no triangles, or there are no other lines.
-    async fn build_and_edit(
-        &self,
-        built: usize,
-        tile_vertices: usize,
-        memory: u64,
-    ) -> Option<(Scratch, delaunay_tiles::build::EditSummary)> {
+    async fn build_and_edit(&self, built: usize, tile_vertices: usize) -> Option<(Scratch, EditSummary)> {
         let corners = self.lines.iter().flat_map(|line| &line.corners);
         let first = Self {
             points: self.points.iter().chain(corners).copied().collect(),
             lines: self.lines[..built].to_vec(),
+            may_be_inverted: true,
             ..self.clone()
         };
         let options = BuildOptions {
             tile_vertices,
-            memory,
+            memory: ENOUGH,
             ..BuildOptions::default()
         };
         let scratch = Scratch::new();
@@ -138,8 +142,12 @@ impl Input {
             };
             editor.push(line.kind, number, &batch).unwrap();
         }
-        let summary = editor.finish().await.unwrap();
-        Some((scratch, summary))
+        let edited = editor.finish().await;
+        if self.may_be_inverted {
+            assert!(matches!(edited, Err(EditError::Inverted { .. })), "{edited:?}");
+            return None;
+        }
+        Some((scratch, edited.unwrap()))
     }
 
     /// Compares a file with lines and sites.
@@ -177,6 +185,10 @@ const WAYS: [Way; 5] = [
 fn check(input: &Input, ways: &[Way]) -> u64 {
     let mut deferred = 0;
     let expected = Expected::of(input);
+    let input = &Input {
+        may_be_inverted: expected.triangles.values().any(|triangle| triangle.depth < 0),
+        ..input.clone()
+    };
     runtime().block_on(async {
         let mut digests = Vec::new();
         for &(tile_vertices, merge_vertices, threads, memory) in ways {
@@ -188,6 +200,17 @@ fn check(input: &Input, ways: &[Way]) -> u64 {
                 memory,
                 ..BuildOptions::default()
             };
+            if input.may_be_inverted {
+                if memory < ENOUGH {
+                    continue;
+                }
+                let strict = Input {
+                    may_be_inverted: false,
+                    ..input.clone()
+                };
+                let refused = strict.build(&scratch, options.clone()).await;
+                assert!(matches!(refused, Err(BuildError::Inverted { .. })), "{refused:?}");
+            }
             let summary = input.build(&scratch, options).await.unwrap();
             deferred += summary.deferred_segments;
             let reader = scratch.open().await;
@@ -201,7 +224,7 @@ fn check(input: &Input, ways: &[Way]) -> u64 {
             }
             digests.push(reader.digest().await.unwrap());
             for built in [0, input.lines.len() / 2] {
-                let edited = input.build_and_edit(built, tile_vertices, memory).await;
+                let edited = input.build_and_edit(built, tile_vertices).await;
                 let Some((scratch, summary)) = edited else { continue };
                 let reader = scratch.open().await;
                 let way = format!("tiles of {tile_vertices}, {built} lines from the start");

@@ -76,7 +76,7 @@ pub enum EditError {
     Crossed {
         /// The line.
         line: EdgeSource,
-        /// The line that the other one comes from, if the tile at hand knows.
+        /// The line that the constraint comes from.
         other: Option<EdgeSource>,
         /// The part of the line that is in the way.
         piece: [Point; 2],
@@ -290,7 +290,7 @@ fn edit_here(
     (may_be_inverted, is_stopped, runtime): (bool, &dyn Fn() -> bool, Handle),
 ) -> Result<EditSummary, EditError> {
     let began = Instant::now();
-    let mut tiles = Tiles::open(path, memory / 2, runtime)?;
+    let mut tiles = Tiles::open(path, memory / 8 * 5, runtime)?;
     let pieces = pieces(&mut tiles, segments)?;
     let mut inserting = Inserting::default();
     for piece in pieces {

@@ -257,9 +257,15 @@ fn mark(tiles: &mut Tiles, triangles: &[[VertexId; 3]], is_wall: bool) -> Result
 }
 
 /// The error for a line that crosses a constraint.
-fn crossed(tiles: &mut Tiles, line: [Point; 2], edge: [Vertex; 2], piece: Piece) -> EditError {
+fn crossed(tiles: &Tiles, line: [Point; 2], edge: [Vertex; 2], piece: Piece) -> EditError {
+    // The tile that the edge belongs to knows its lines.
+    let edge = match edge[0].point.lex_cmp(edge[1].point).is_lt() {
+        true => edge,
+        false => [edge[1], edge[0]],
+    };
     let by = tiles.get(edge[0].id.tile).ok().and_then(|tile| {
-        let side = tile.side_between(edge[0].id, edge[1].id)?;
+        let side = tile.side_between(edge[0].id, edge[1].id);
+        let side = side.or_else(|| tile.side_between(edge[1].id, edge[0].id))?;
         tile.sources_of(side).first().copied()
     });
     EditError::Crossed {

@@ -7,12 +7,13 @@ use std::fs::{File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, OnceLock, mpsc};
+use std::thread;
 
 use bytes::Bytes;
 use futures::future::FutureExt;
 use tokio::runtime::Handle;
-use tokio::sync::Mutex;
+use tokio::sync::{Mutex, oneshot};
 
 use super::EditError;
 use super::regions::{Labels, Parts};
@@ -42,6 +43,7 @@ struct Disk {
     /// What regions tiles are written with, once it is known.
     labels: OnceLock<Labels>,
     buffers: Buffers,
+    desk: Desk,
     reads: AtomicU64,
 }
 
@@ -104,6 +106,7 @@ impl Tiles {
             }),
             labels: OnceLock::new(),
             buffers: Buffers::default(),
+            desk: Desk::new().map_err(cannot("start a thread to edit"))?,
             reads: AtomicU64::new(0),
             file,
             reader,
@@ -240,41 +243,56 @@ impl Disk {
 
     async fn load(self: Arc<Self>, id: TileId) -> Result<Arc<EditTile>, EditError> {
         let tile = self.read(id).await?;
-        computed(move || Arc::new(EditTile::of(&tile))).await
+        self.desk.computed(move || Arc::new(EditTile::of(&tile))).await
     }
 
     async fn write(self: Arc<Self>, id: TileId, tile: Arc<EditTile>) -> Result<(), EditError> {
         let this = Arc::clone(&self);
-        let (drafts, core, border) = computed(move || {
-            let drafts = match this.labels.get() {
-                Some(labels) => {
-                    let parts = Parts::of(&tile);
-                    tile.drafts(Some(&|place| labels.of(id, &parts, place)))
-                }
-                None => tile.drafts(None),
-            };
-            let core = drafts.core.encode(id, this.generation, &this.buffers);
-            let border = drafts.border.encode(id, this.generation, &this.buffers);
-            (drafts.counts(), core, border)
-        })
-        .await?;
+        let (counts, core, border) = self
+            .desk
+            .computed(move || {
+                let drafts = match this.labels.get() {
+                    Some(labels) => {
+                        let parts = Parts::of(&tile);
+                        tile.drafts(Some(&|place| labels.of(id, &parts, place)))
+                    }
+                    None => tile.drafts(None),
+                };
+                let core = drafts.core.encode(id, this.generation, &this.buffers);
+                let border = drafts.border.encode(id, this.generation, &this.buffers);
+                (drafts.counts(), core, border)
+            })
+            .await?;
         let mut state = self.state.lock().await;
         let written = async {
             let core = state.writer.append_core(&core).await?;
             Ok((core, state.writer.append_border(&border).await?))
         };
         let (core, border) = written.await.map_err(|error| self.cannot("write", error))?;
-        let entry = drafts.entry(&state.entries[id.0 as usize], self.generation);
+        let entry = counts.entry(&state.entries[id.0 as usize], self.generation);
         state.entries[id.0 as usize] = TileEntry { core, border, ..entry };
         Ok(())
     }
 }
 
-/// What takes a while is computed beside the runtime's workers.
-async fn computed<T: Send + 'static>(compute: impl FnOnce() -> T + Send + 'static) -> Result<T, EditError> {
-    let computed = tokio::task::spawn_blocking(compute).await;
-    computed.map_err(|error| match error.is_panic() {
-        true => EditError::Internal("a tile could not be put together".to_owned()),
-        false => EditError::Cancelled,
-    })
+/// A thread for what takes a while, beside the runtime's workers: one, so that the allocator keeps what goes for what comes next, and not
+/// some for each of many threads.
+struct Desk(mpsc::Sender<Box<dyn FnOnce() + Send>>);
+
+impl Desk {
+    fn new() -> io::Result<Self> {
+        let (sender, work) = mpsc::channel::<Box<dyn FnOnce() + Send>>();
+        let thread = thread::Builder::new().name("tile-edit-desk".to_owned());
+        thread.spawn(move || work.into_iter().for_each(|compute| compute()))?;
+        Ok(Self(sender))
+    }
+
+    async fn computed<T: Send + 'static>(&self, compute: impl FnOnce() -> T + Send + 'static) -> Result<T, EditError> {
+        let (reply, computed) = oneshot::channel();
+        // If nobody waits for the answer any more, nobody needs it. If the thread is gone, there is none.
+        let _ = self.0.send(Box::new(move || drop(reply.send(compute()))));
+        computed
+            .await
+            .map_err(|_| EditError::Internal("a tile could not be put together".to_owned()))
+    }
 }

@@ -1,0 +1,147 @@
+//! What the fuzz targets share: a file, changes to it that the fuzzer chooses, right checksums, and everything that a service would
+//! ask of it. Any answer and any error will do; a panic, a hang or memory without bounds will not.
+
+#[path = "../../../tests/support/flat.rs"]
+#[allow(dead_code, reason = "tests have more uses for it")]
+pub mod flat;
+#[path = "../../../tests/hostile/surgery.rs"]
+mod surgery;
+
+/// Where `surgery` looks for it.
+mod support {
+    pub use crate::flat;
+}
+
+use std::ops::Range;
+use std::sync::OnceLock;
+
+use delaunay_tiles::build::{BuildOptions, Builder};
+use delaunay_tiles::geometry::{Point, Rect};
+use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
+use delaunay_tiles::io::MemoryFile;
+use delaunay_tiles::query::QueryOptions;
+use delaunay_tiles::store::{LineKind, OpenOptions, TileReader};
+use futures::{StreamExt, TryStreamExt};
+use surgery::Patient;
+
+/// What of a file is changed.
+#[derive(Clone, Copy, Debug)]
+pub enum Place {
+    /// The superblocks.
+    Superblock,
+    /// Root and pages.
+    Directory,
+    /// Cores and borders.
+    Tile,
+}
+
+fn runtime() -> tokio::runtime::Runtime {
+    tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .expect("a runtime")
+}
+
+/// A town of 400 points with a house, a fence and two shops, in tiles of at most 40.
+fn town() -> Patient {
+    let path = std::env::temp_dir().join(format!("fuzz-{}.tiles", std::process::id()));
+    let ring = |x: f64, y: f64, r: f64| {
+        let corners = [(x - r, y - r), (x + r, y - r), (x + r, y + r), (x - r, y + r)].map(|(x, y)| Point::new(x, y));
+        let ends = (0..4).map(|i| [corners[i], corners[(i + 1) % 4]]).collect();
+        SegmentBatch {
+            ends,
+            lines: vec![0; 4],
+            ..SegmentBatch::default()
+        }
+    };
+    let points: Vec<Point> = (0..400)
+        .map(|i| Point::new(f64::from(i % 20), f64::from(i / 20) + f64::from(i % 7) / 16.0))
+        .collect();
+    let built = runtime().block_on(async {
+        let options = BuildOptions {
+            tile_vertices: 40,
+            force: true,
+            ..BuildOptions::default()
+        };
+        let mut builder = Builder::new(&path, options)?;
+        builder.push_lines(LineKind::Wall, 0, &ring(14.25, 13.125, 2.0))?;
+        builder.push_lines(LineKind::Obstacle, 1, &ring(5.5, 6.25, 3.0))?;
+        builder.push_sites(&SiteBatch {
+            points: vec![Point::new(1.5, 1.5), Point::new(17.5, 17.25)],
+            ids: vec![SiteId::Number(7), SiteId::Text("baker".to_owned())],
+            ..SiteBatch::default()
+        })?;
+        builder
+            .push(&PointBatch {
+                records: (0..400).collect(),
+                points,
+                z: Vec::new(),
+            })
+            .await?;
+        builder.finish().await
+    });
+    built.expect("a good file");
+    let bytes = std::fs::read(&path).expect("the file that was just written");
+    let _ = std::fs::remove_file(&path);
+    Patient::new(bytes)
+}
+
+/// Changes the file as the data says, makes its checksums right, and asks it everything.
+pub fn run(data: &[u8], place: Place) {
+    static TOWN: OnceLock<Patient> = OnceLock::new();
+    let mut town = TOWN.get_or_init(town).clone();
+    let part = |part: &surgery::Part| part.at..part.at + part.length;
+    let parts: Vec<Range<usize>> = match place {
+        Place::Superblock => vec![0..4092],
+        Place::Directory => std::iter::once(&town.root).chain(&town.pages).map(part).collect(),
+        Place::Tile => town.cores.iter().chain(&town.borders).map(part).collect(),
+    };
+    // Which part, where in it, what to do, and a value.
+    for change in data.chunks_exact(5) {
+        let part = &parts[usize::from(change[0]) % parts.len()];
+        let at = part.start + usize::from(u16::from_le_bytes([change[1], change[2]])) % part.len();
+        let byte = &mut town.bytes[at];
+        match change[3] % 4 {
+            0 => *byte = change[4],
+            1 => *byte ^= 1 << (change[4] % 8),
+            2 => *byte = byte.wrapping_add(change[4]),
+            _ => {
+                let end = part.end.min(at + 8);
+                town.bytes[at..end].fill(change[4]);
+            }
+        }
+    }
+    match place {
+        Place::Superblock => town.sew_superblocks(),
+        Place::Directory | Place::Tile => town.sew(),
+    }
+    runtime().block_on(ask(town.bytes));
+}
+
+/// Asks a file everything; what it answers does not matter.
+async fn ask(bytes: Vec<u8>) {
+    let opened = TileReader::open_source(MemoryFile::new(bytes), "file", OpenOptions::default().memory(64 << 20)).await;
+    let Ok(reader) = opened else { return };
+    let mut tiles = reader.tiles();
+    while let Some(tile) = tiles.next().await {
+        let _ = tile;
+    }
+    let options = || QueryOptions::default().max_tiles(50);
+    for (x, y) in [(1.25, 1.5), (5.5, 6.0), (14.0, 13.0), (19.0, 3.0), (-3.0, 40.0)] {
+        let _ = reader.locate(x, y).await;
+        let _ = reader
+            .nearest_sites(Point::new(x, y), options())
+            .take(3)
+            .try_collect::<Vec<_>>()
+            .await;
+        let _ = reader
+            .shortest_path(Point::new(x, y), Point::new(18.5, 18.5), options())
+            .await;
+    }
+    let _ = reader
+        .triangles_in(Rect::new(2.0, 2.0, 9.0, 9.0))
+        .try_collect::<Vec<_>>()
+        .await;
+    let _ = reader.digest().await;
+    let _ = reader.verify(true).await;
+}

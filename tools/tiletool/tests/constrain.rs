@@ -1,0 +1,123 @@
+//! `tiletool constrain` and `compact`, as their user meets them: what they make, mistakes, and kills at any moment.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::thread;
+use std::time::Instant;
+
+use serde_json::Value;
+
+fn tiletool(folder: &Path, args: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tiletool"));
+    command.current_dir(folder).args(args.split(' '));
+    command
+}
+
+fn run(folder: &Path, args: &str) -> String {
+    let output = tiletool(folder, args).output().unwrap();
+    assert!(output.status.success(), "{args}: {}", errors(&output));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn fails(folder: &Path, args: &str) -> String {
+    let output = tiletool(folder, args).output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{args}");
+    errors(&output)
+}
+
+/// Islands as holes of a file of their corners, and of one that knew them from the start.
+fn islands() -> tempfile::TempDir {
+    let scratch = tempfile::tempdir().unwrap();
+    let islands = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/indonesia/indonesia_ne10m.geojson");
+    fs::copy(islands, scratch.path().join("islands.geojson")).unwrap();
+    run(
+        scratch.path(),
+        "build islands.geojson -o points.tiles --tile-vertices 700",
+    );
+    run(
+        scratch.path(),
+        "build --obstacles islands.geojson -o whole.tiles --tile-vertices 700",
+    );
+    scratch
+}
+
+#[test]
+fn islands_become_holes_of_a_file_of_points() {
+    let scratch = islands();
+    let folder = scratch.path();
+    let text = run(folder, "constrain points.tiles --obstacles islands.geojson --json");
+    let summary: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(summary["hole_regions"], 339);
+    assert_eq!(summary["hole_triangles"], 22_863);
+    assert_eq!(run(folder, "digest points.tiles"), run(folder, "digest whole.tiles"));
+    run(
+        folder,
+        "verify --deep points.tiles --against islands.geojson --obstacles islands.geojson",
+    );
+    let text = run(folder, "compact points.tiles --json");
+    let bytes: Value = serde_json::from_str(&text).unwrap();
+    assert!(bytes["bytes_after"].as_u64() < bytes["bytes_before"].as_u64());
+    run(folder, "verify --deep points.tiles");
+    assert_eq!(run(folder, "digest points.tiles"), run(folder, "digest whole.tiles"));
+}
+
+#[test]
+fn mistakes() {
+    let scratch = islands();
+    let folder = scratch.path();
+    let before = fs::read(folder.join("points.tiles")).unwrap();
+    fs::write(folder.join("off.csv"), "95,5,96,5\n").unwrap();
+    fs::write(folder.join("empty.csv"), "").unwrap();
+    for (args, says) in [
+        ("constrain points.tiles", "there are no lines"),
+        ("constrain points.tiles --segments off.csv", "off.csv"),
+        ("constrain points.tiles --segments off.csv", "no vertex"),
+        ("constrain points.tiles --segments empty.csv", "empty.csv"),
+        ("constrain islands.geojson --segments off.csv", "it is no tile file"),
+        ("constrain nothing.tiles --segments off.csv", "nothing.tiles"),
+        ("compact points.tiles -o whole.tiles", "whole.tiles exists"),
+        ("compact islands.geojson", "it is no tile file"),
+    ] {
+        let error = fails(folder, args);
+        assert!(error.contains(says), "{args}: {error}");
+    }
+    assert_eq!(fs::read(folder.join("points.tiles")).unwrap(), before);
+}
+
+#[test]
+fn an_edit_that_is_killed_at_any_moment_happened_or_not() {
+    let scratch = islands();
+    let folder = scratch.path();
+    let (points, whole) = (run(folder, "digest points.tiles"), run(folder, "digest whole.tiles"));
+    let before = fs::read(folder.join("points.tiles")).unwrap();
+    let began = Instant::now();
+    run(folder, "constrain points.tiles --obstacles islands.geojson");
+    let took = began.elapsed();
+    let mut seen = [0; 2];
+    for kill in 0..25 {
+        fs::write(folder.join("points.tiles"), &before).unwrap();
+        // Once more after a kill: what that left is in nobody's way.
+        for moment in [kill as f64 / 22.0, 0.5] {
+            let mut child = tiletool(folder, "constrain points.tiles --obstacles islands.geojson --quiet")
+                .stderr(Stdio::null())
+                .spawn()
+                .unwrap();
+            thread::sleep(took.mul_f64(moment));
+            let _ = child.kill();
+            child.wait().unwrap();
+            let found = run(folder, "digest points.tiles");
+            assert!(
+                found == points || found == whole,
+                "killed after {moment} of the time: {found}"
+            );
+            seen[usize::from(found == whole)] += 1;
+        }
+        run(folder, "verify points.tiles");
+    }
+    assert!(seen[0] > 0, "{seen:?}");
+}
