@@ -35,6 +35,7 @@ pub use kd_tree::{KdNode, KdTree};
 pub use metadata::{LineSource, Metadata, Source};
 pub(crate) use pass::{Needs, Plan, TileInPass, Workspaces, by_tile, joined, list_for, spawn};
 pub use reader::{OpenOptions, ReadError, TileReader};
+pub(crate) use superblock::BLOCK;
 pub use superblock::{FORMAT_VERSION, FileId};
 pub use tile::{Across, Site, Tile, Vertex};
 pub(crate) use tile::{Component, Marks};

@@ -79,6 +79,18 @@ impl<W: WriteAt> TileWriter<W> {
         })
     }
 
+    /// Writes over what lies at an offset, which nobody looks at any more.
+    pub(crate) async fn put_at(&mut self, offset: u64, bytes: &Bytes) -> io::Result<Extent> {
+        // What lies there must not come later.
+        self.flush().await?;
+        self.file.write_at(offset, bytes.clone()).await?;
+        Ok(Extent {
+            offset,
+            length: bytes.len() as u32,
+            crc: crc32c::crc32c(bytes),
+        })
+    }
+
     /// Writes what was gathered.
     pub(crate) async fn flush(&mut self) -> io::Result<()> {
         if self.pending.is_empty() {

@@ -16,11 +16,15 @@ const ENOUGH: u64 = 64 << 20;
 
 /// A grid of 30 by 30 in tiles of at most 60.
 async fn grid() -> Scratch {
+    grid_in_tiles_of(60).await
+}
+
+async fn grid_in_tiles_of(tile_vertices: usize) -> Scratch {
     let points: Vec<Point> = (0..900)
         .map(|i| Point::new(f64::from(i % 30), f64::from(i / 30)))
         .collect();
     let options = BuildOptions {
-        tile_vertices: 60,
+        tile_vertices,
         ..BuildOptions::default()
     };
     built(&points, options).await.0
@@ -211,5 +215,29 @@ fn what_is_refused_changes_nothing() {
         edit(&scratch, ENOUGH, &[segment((0.0, 0.0), (0.0, 1.0))])
             .await
             .unwrap();
+    });
+}
+
+#[test]
+fn tiles_that_come_and_go_do_not_make_the_file_grow() {
+    runtime().block_on(async {
+        // Lines across everything, in an order that has all tiles come again and again to a cache that holds few.
+        let walls: Vec<SegmentBatch> = (1..14)
+            .map(|i| {
+                segment(
+                    (0.0, f64::from(2 * (i * 5 % 14))),
+                    (29.0, f64::from(2 * (i * 5 % 14) + 1)),
+                )
+            })
+            .collect();
+        let (scratch, other) = (grid_in_tiles_of(120).await, grid_in_tiles_of(120).await);
+        let before = scratch.open().await.file_length();
+        edit(&scratch, 113 << 10, &walls).await.unwrap();
+        edit(&other, ENOUGH, &walls).await.unwrap();
+        let reader = scratch.open().await;
+        assert_eq!(reader.digest().await.unwrap(), digest(&other).await);
+        reader.verify(true).await.unwrap();
+        let grown = [&reader, &other.open().await].map(|reader| reader.file_length() - before);
+        assert!(grown[0] < 2 * grown[1], "{grown:?}");
     });
 }

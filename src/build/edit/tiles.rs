@@ -11,6 +11,7 @@ use std::sync::{Arc, OnceLock, mpsc};
 use std::thread;
 
 use bytes::Bytes;
+use foldhash::{HashMap, HashMapExt};
 use futures::future::FutureExt;
 use tokio::runtime::Handle;
 use tokio::sync::{Mutex, oneshot};
@@ -20,8 +21,8 @@ use super::regions::{Labels, Parts};
 use super::tile::EditTile;
 use crate::io::{Buffers, ReadAt, ThreadsFile};
 use crate::store::{
-    Directory, EditCache, EditLease, EditPin, Failure, OpenOptions, ReadError, Tile, TileEntry, TileId, TileReader,
-    TileWriter, Weight,
+    BLOCK, Directory, EditCache, EditLease, EditPin, Extent, Failure, OpenOptions, ReadError, Tile, TileEntry, TileId,
+    TileReader, TileWriter, Weight,
 };
 
 /// The tiles of a file, to be changed by one thread, which may wait for them; it is none of the runtime's.
@@ -50,6 +51,33 @@ struct Disk {
 struct Written {
     writer: TileWriter<ThreadsFile>,
     entries: Vec<TileEntry>,
+    /// Where tiles lie that this edit has written once more since: places and bytes.
+    free: Vec<(u64, u32)>,
+    /// Bytes of the places that were used again, for less.
+    reused: HashMap<u64, u32>,
+}
+
+impl Written {
+    /// Writes a core, or a border: over what this edit has no use for any more, or behind the end.
+    async fn put(&mut self, bytes: &Bytes, is_core: bool) -> io::Result<Extent> {
+        let fits = |&&(place, room): &&(u64, u32)| room as usize >= bytes.len() && (!is_core || place % BLOCK == 0);
+        let best = self.free.iter().filter(fits).min_by_key(|(_, room)| *room).copied();
+        if let Some((place, room)) = best {
+            self.free.retain(|free| free.0 != place);
+            self.reused.insert(place, room);
+            return self.writer.put_at(place, bytes).await;
+        }
+        match is_core {
+            true => self.writer.append_core(bytes).await,
+            false => self.writer.append_border(bytes).await,
+        }
+    }
+
+    /// Says that nobody looks at these bytes any more.
+    fn set_free(&mut self, extent: Extent) {
+        let room = self.reused.remove(&extent.offset).unwrap_or(extent.length);
+        self.free.push((extent.offset, room));
+    }
 }
 
 impl Weight for EditTile {
@@ -103,6 +131,8 @@ impl Tiles {
             state: Mutex::new(Written {
                 writer: TileWriter::behind(file.clone(), reader.file_length()),
                 entries,
+                free: Vec::new(),
+                reused: HashMap::new(),
             }),
             labels: OnceLock::new(),
             buffers: Buffers::default(),
@@ -199,7 +229,7 @@ impl Tiles {
         drop(cache);
         let gone = |_| EditError::Internal("a tile is still being written".to_owned());
         let disk = Arc::try_unwrap(disk).map_err(gone)?;
-        let Written { writer, entries } = disk.state.into_inner();
+        let Written { writer, entries, .. } = disk.state.into_inner();
         let mut directory = disk.reader.directory().clone();
         directory.tiles = entries;
         change(&mut directory);
@@ -264,12 +294,18 @@ impl Disk {
             })
             .await?;
         let mut state = self.state.lock().await;
+        let before = state.entries[id.0 as usize];
+        if before.generation == self.generation {
+            // No superblock leads there.
+            state.set_free(before.core);
+            state.set_free(before.border);
+        }
         let written = async {
-            let core = state.writer.append_core(&core).await?;
-            Ok((core, state.writer.append_border(&border).await?))
+            let core = state.put(&core, true).await?;
+            Ok((core, state.put(&border, false).await?))
         };
         let (core, border) = written.await.map_err(|error| self.cannot("write", error))?;
-        let entry = counts.entry(&state.entries[id.0 as usize], self.generation);
+        let entry = counts.entry(&before, self.generation);
         state.entries[id.0 as usize] = TileEntry { core, border, ..entry };
         Ok(())
     }
