@@ -90,6 +90,9 @@ async fn constrain(file: &Path, lines: Lines, memory: u64) -> anyhow::Result<(Ed
     let editor = Editor::open(file, memory).await?;
     let first_line = editor.first_line();
     let (editor, lines) = tokio::task::spawn_blocking(move || lines.feed_editor(editor)).await??;
+    if lines.segments() == 0 {
+        anyhow::bail!("there are no lines in these files; {} was not changed", file.display());
+    }
     let edited = tokio::select! {
         edited = editor.finish() => edited,
         _ = tokio::signal::ctrl_c() => Err(EditError::Cancelled),

@@ -77,7 +77,7 @@ fn mistakes() {
         ("constrain points.tiles", "there are no lines"),
         ("constrain points.tiles --segments off.csv", "off.csv"),
         ("constrain points.tiles --segments off.csv", "no vertex"),
-        ("constrain points.tiles --segments empty.csv", "empty.csv"),
+        ("constrain points.tiles --segments empty.csv", "no lines in these files"),
         ("constrain islands.geojson --segments off.csv", "it is no tile file"),
         ("constrain nothing.tiles --segments off.csv", "nothing.tiles"),
         ("compact points.tiles -o whole.tiles", "whole.tiles exists"),
