@@ -93,7 +93,10 @@ pub(super) fn assemble(
 
 /// The components of a tile: those of its core, and behind them those that its border triangles have alone; and that of each
 /// border triangle.
-fn components(of_core: Vec<Component>, of_late: impl Iterator<Item = Component>) -> (Vec<Component>, Vec<u32>) {
+pub(super) fn components(
+    of_core: Vec<Component>,
+    of_late: impl Iterator<Item = Component>,
+) -> (Vec<Component>, Vec<u32>) {
     let mut all = of_core;
     let places = all.iter().zip(0..all.len() as u32).rev();
     let places = places.map(|(component, place)| (component.region, place));

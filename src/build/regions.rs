@@ -30,6 +30,14 @@ pub(super) struct HoleRules {
     pub(super) exterior: bool,
 }
 
+impl HoleRules {
+    /// Whether a region is a hole that is covered so many times, that a seed lies in or not, and that reaches the hull without a
+    /// constraint or not.
+    pub(super) fn is_hole(self, depth: i32, is_seeded: bool, reaches_hull: bool) -> bool {
+        depth != 0 || is_seeded || self.exterior && reaches_hull
+    }
+}
+
 /// Which nodes are those of a tile.
 #[derive(Clone, Debug)]
 struct Nodes {
@@ -260,9 +268,8 @@ impl RegionFinder {
             for node in 0..nodes {
                 let region = &mut of_regions[number[node as usize] as usize];
                 region.depth = depths.find(node).1 - outside;
-                region.is_hole |= region.depth != 0
-                    || self.seeded[node as usize]
-                    || self.rules.exterior && self.reaches_hull[node as usize];
+                let (is_seeded, reaches_hull) = (self.seeded[node as usize], self.reaches_hull[node as usize]);
+                region.is_hole |= self.rules.is_hole(region.depth, is_seeded, reaches_hull);
             }
         }
         for (region, number) in of_regions.iter_mut().zip(0..) {

@@ -11,6 +11,7 @@ use foldhash::{HashMap, HashMapExt};
 
 use super::EditError;
 use super::tile::EditTile;
+use crate::build::regions::HoleRules;
 use crate::build::seeds::Seeds;
 use crate::build::union::{UnionFind, WeightedUnionFind};
 use crate::mesh::{NONE, next_side};
@@ -76,7 +77,7 @@ pub(super) struct Joining {
     /// Triangles of several tiles that some have not come of: a part of theirs, and how many tiles are left.
     waiting: HashMap<[VertexId; 3], (u32, u8)>,
     seeds: Seeds,
-    exterior_is_hole: bool,
+    rules: HoleRules,
     pub(super) constraint_edges: u64,
 }
 
@@ -93,7 +94,10 @@ impl Joining {
             first: Vec::new(),
             waiting: HashMap::new(),
             seeds: Seeds::new(metadata.seeds.clone()),
-            exterior_is_hole: metadata.exterior_is_hole,
+            rules: HoleRules {
+                has_holes: true,
+                exterior: metadata.exterior_is_hole,
+            },
             constraint_edges: 0,
         }
     }
@@ -238,7 +242,7 @@ impl Joining {
         for (&root, &region) in roots.iter().zip(&numbers.of_roots) {
             let depth = self.depths.find(root).1 - outside;
             let marks = self.marks[root as usize];
-            let is_hole = depth != 0 || marks.is_seeded || self.exterior_is_hole && marks.reaches_hull;
+            let is_hole = self.rules.is_hole(depth, marks.is_seeded, marks.reaches_hull);
             labels.hole_regions += u64::from(is_hole);
             labels.inverted_regions += u64::from(depth < 0);
             of_regions[root as usize] = Component { region, depth, is_hole };

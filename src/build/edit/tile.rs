@@ -262,13 +262,13 @@ impl EditTile {
         Some(())
     }
 
-    /// Whether the edge has a source already.
+    /// The sources of a side's edge, as seen from its smaller corner; none if it belongs to another tile.
     pub(super) fn sources_of(&self, side: u32) -> &[EdgeSource] {
         let (ends, _) = in_order([side, next_side(side)].map(|side| self.origin(side)));
         self.sources.get(&ends).map_or(&[], Vec::as_slice)
     }
 
-    /// Says that it is to be written again, as it is.
+    /// Changes nothing; but whoever borrows a tile from the cache to change it has it written again.
     pub(super) fn touch(&mut self) {}
 
     /// Takes triangles out, which it must have, and puts others in their place. Returns those sides of new ones that another
@@ -384,7 +384,7 @@ impl EditTile {
         (places.collect(), core_count)
     }
 
-    /// The sides of a triangle, and how many triangles there are room for.
+    /// How many triangles there are places for.
     pub(super) fn places(&self) -> usize {
         self.triangles.len()
     }
@@ -398,10 +398,9 @@ impl EditTile {
 
     /// Constraint edges that belong to the tile, and their sources as seen along a side of each.
     pub(super) fn owned_constraints(&self) -> impl Iterator<Item = (u32, &[EdgeSource])> {
-        let own = self.points.len() as u32;
-        self.sources.iter().filter_map(move |(&[from, to], sources)| {
+        self.sources.iter().filter_map(|(&[from, to], sources)| {
             // One of them is the tile's own, and that is the smaller corner.
-            let side = self.around(from.min(own)).find_map(|side| {
+            let side = self.around(from).find_map(|side| {
                 let is_along = self.origin(next_side(side)) == to;
                 let is_against = self.origin(prev_side(side)) == to;
                 (is_along || is_against).then(|| if is_along { side } else { prev_side(side) })

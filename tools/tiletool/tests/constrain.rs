@@ -1,28 +1,15 @@
 //! `tiletool constrain` and `compact`, as their user meets them: what they make, mistakes, and kills at any moment.
 
+mod support;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
 use std::thread;
 use std::time::Instant;
 
 use serde_json::Value;
-
-fn tiletool(folder: &Path, args: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tiletool"));
-    command.current_dir(folder).args(args.split(' '));
-    command
-}
-
-fn run(folder: &Path, args: &str) -> String {
-    let output = tiletool(folder, args).output().unwrap();
-    assert!(output.status.success(), "{args}: {}", errors(&output));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-fn errors(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
+use support::{errors, run, tiletool};
 
 fn fails(folder: &Path, args: &str) -> String {
     let output = tiletool(folder, args).output().unwrap();

@@ -1,28 +1,15 @@
 //! `tiletool build --resume`: builds that are killed, interrupted or out of room go on, and give the same triangles.
 
+mod support;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
-
-fn tiletool(folder: &Path, args: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tiletool"));
-    command.current_dir(folder).args(args.split(' '));
-    command
-}
-
-fn run(folder: &Path, args: &str) -> String {
-    let output = tiletool(folder, args).output().unwrap();
-    assert!(output.status.success(), "{args}: {}", errors(&output));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-fn errors(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
+use support::{errors, run, tiletool};
 
 fn start(folder: &Path, args: &str) -> Child {
     let mut command = tiletool(folder, args);

@@ -3,10 +3,8 @@
 //! Triangles whose corners are all the tile's own are of the core, the others of the border. What was late when the tile was first
 //! written may so be of the core now.
 
-use foldhash::{HashMap, HashMapExt};
-
 use super::{BEYOND, EditTile, ON_HULL};
-use crate::build::components;
+use crate::build::{border, components};
 use crate::geometry::{Point, Rect};
 use crate::mesh::{NONE, next_side};
 use crate::store::{Across, BorderDraft, Component, CoreDraft, ELSEWHERE, HULL, TileEntry, VertexId};
@@ -21,8 +19,8 @@ pub(in crate::build::edit) struct Drafts {
 }
 
 impl EditTile {
-    /// The core and the border, their triangles in this order, of which so many are of the core. `components` are those of core
-    /// triangles, and `label` tells what is true of a triangle's region; without it the tile says nothing of regions.
+    /// The core and the border. `label` tells what is true of the region of the triangle at a place; without it the tile says nothing of
+    /// regions.
     pub(in crate::build::edit) fn drafts(&self, label: Option<&dyn Fn(u32) -> Component>) -> Drafts {
         let (order, core_count) = self.in_order();
         let mut places = vec![NONE; self.triangles.len()];
@@ -221,24 +219,10 @@ fn put_regions(drafts: &mut Drafts, label: impl Fn(u32) -> Component) {
             regions.push(label(triangle));
         }
     }
-    let mut places: HashMap<u64, u32> = HashMap::new();
-    for (component, place) in regions.iter().zip(0u32..) {
-        places.entry(component.region).or_insert(place);
-    }
-    let of_border = (core_count..).zip(&drafts.border.triangles).map(|(triangle, _)| {
-        let component = label(triangle);
-        *places.entry(component.region).or_insert_with(|| {
-            regions.push(component);
-            regions.len() as u32 - 1
-        })
-    });
-    let mut of_border: Vec<u32> = of_border.collect();
-    for components in [&mut of_core, &mut of_border] {
-        if components.iter().all(|&component| component == 0) {
-            components.clear();
-        }
+    let of_border = (core_count..core_count + drafts.border.triangles.len() as u32).map(label);
+    (drafts.border.regions, drafts.border.components) = border::components(regions, of_border);
+    if of_core.iter().all(|&component| component == 0) {
+        of_core.clear();
     }
     drafts.core.components = of_core;
-    drafts.border.components = of_border;
-    drafts.border.regions = regions;
 }
