@@ -312,13 +312,20 @@ impl Leg<'_> {
     /// Crosses a side out of its triangle: the side of the free triangle behind it, if there is one.
     async fn over(&mut self, tile: Arc<Tile>, side: u32) -> Result<Option<(Arc<Tile>, u32)>, QueryError> {
         match self.ground(&tile).beyond(side) {
-            Beyond::Side(side) => return Ok(Some((tile, side))),
+            Beyond::Side(over) => {
+                let [from, to] = tile.ends(side).map(|end| end.point);
+                self.check_crossing(&tile, over, [to, from])?;
+                return Ok(Some((tile, over)));
+            }
             Beyond::Blocked => return Ok(None),
             Beyond::Outside => {}
             Beyond::Elsewhere => {
-                let [from, to] = tile.ends(side).map(|end| end.id);
-                match self.tiles.side_between(to, from).await? {
-                    Some((tile, side)) => return Ok((!tile.is_hole(side / 3)).then_some((tile, side))),
+                let [from, to] = tile.ends(side);
+                match self.tiles.side_between(to.id, from.id).await? {
+                    Some((tile, side)) => {
+                        self.check_crossing(&tile, side, [to.point, from.point])?;
+                        return Ok((!tile.is_hole(side / 3)).then_some((tile, side)));
+                    }
                     None if self.tiles.outside_is_free() => {}
                     None => return Ok(None),
                 }
@@ -327,6 +334,11 @@ impl Leg<'_> {
         // Who leaves the hull does not come back on a straight line.
         self.has_arrived |= self.to_is_outside;
         Ok(None)
+    }
+
+    fn check_crossing(&self, tile: &Tile, side: u32, ends: [Point; 2]) -> Result<(), QueryError> {
+        let checked = self.ground(tile).check_crossing(side, ends);
+        checked.map_err(|reason| self.tiles.damaged(tile.id(), reason))
     }
 
     /// Goes through the triangle of a side that it has crossed, and on.

@@ -86,6 +86,22 @@ impl<'t> Ground<'t> {
         }
     }
 
+    /// Makes sure that a side has these ends, which are those of the side beyond it, and that its triangle lies on its left.
+    ///
+    /// Damaged tiles may contradict this. Where it holds for each side that is crossed, a straight way comes to the triangles that it passes in
+    /// their order, and to none twice; so it ends.
+    #[inline]
+    pub(super) fn check_crossing(self, side: u32, [from, to]: [Point; 2]) -> Result<(), String> {
+        let [origin, end, apex] = [side, next(side), previous(side)].map(|side| self.point(self.tile.origin(side)));
+        if origin == from && end == to && orient2d(from, to, apex) == Orientation::CounterClockwise {
+            return Ok(());
+        }
+        Err(format!(
+            "triangle {} does not lie beside the one that it is said to lie beside",
+            side / 3
+        ))
+    }
+
     fn is_free_wedge(self, wedge: Wedge) -> bool {
         match wedge {
             Wedge::Triangle(side) => self.is_free(side / 3),

@@ -4,6 +4,7 @@ use bytes::Bytes;
 use delaunay_tiles::build::Builder;
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
+use delaunay_tiles::query::QueryOptions;
 use delaunay_tiles::store::{Digest, EdgeSource, LineKind, TileReader};
 use futures::stream::StreamExt;
 
@@ -130,6 +131,15 @@ impl Town {
                 if triangle.map_err(told).is_err() {
                     break;
                 }
+            }
+            // Walks end without a budget, whatever the triangles contradict.
+            let options = || QueryOptions::default().certified();
+            for from in [[0.5, 0.4], [6.5, -2.0], [7.5, 9.0]].map(at) {
+                let mut sites = reader.nearest_sites(from, options());
+                while let Some(Ok(site)) = sites.next().await {
+                    assert!(site.distance.value >= 0.0, "{story}");
+                }
+                let _ = reader.shortest_path(from, at([6.5, 7.5]), options()).await;
             }
             let digest = reader.digest().await.map_err(told);
             let is_proven = reader.verify(true).await.is_ok();

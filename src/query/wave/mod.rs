@@ -41,7 +41,7 @@ use crate::store::{Tile, TileId, Vertex, VertexId};
 use cone::Cone;
 pub(super) use cone::distance;
 pub(super) use goal::{Goal, Places};
-use queue::{Item, Kind, NOWHERE, Queue, Via};
+use queue::{Item, Kind, NOWHERE, Queue, Via, seam_between};
 use roots::{NO_ROOT, Root, SeenVertices, TIE};
 
 /// Triangles that one step passes through at most, more or less.
@@ -218,8 +218,7 @@ impl Wave {
                 Kind::Goal => self.tell_place(item.index, item.left.x, item.root),
                 Kind::Start => self.start_in(ground, &item)?,
                 Kind::StartVertex => self.start_at(ground, item.index)?,
-                Kind::Hull => self.start_along_hull(ground, item.index, true)?,
-                Kind::HullBack => self.start_along_hull(ground, item.index, false)?,
+                Kind::Hull | Kind::HullBack => self.start_along_hull(ground, &item)?,
             }
         }
     }
@@ -260,6 +259,7 @@ impl Wave {
             root,
             right: point,
             left: Point::new(length, 0.0),
+            seam: 0,
         };
         self.push(length, item);
     }

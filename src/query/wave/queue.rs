@@ -2,6 +2,7 @@
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::hash::BuildHasher;
 
 use crate::geometry::Point;
 use crate::store::{TileId, VertexId};
@@ -39,6 +40,14 @@ pub(super) struct Item {
     pub(super) root: u32,
     pub(super) right: Point,
     pub(super) left: Point,
+    /// Of a cone that comes from another tile: [`seam_between`] the ends of the side, as they are there.
+    pub(super) seam: u64,
+}
+
+/// What two tiles agree in that have the same ends of a side.
+pub(super) fn seam_between(ends: [Point; 2]) -> u64 {
+    let bits = ends.map(|end| [end.x.to_bits(), end.y.to_bits()]);
+    foldhash::quality::FixedState::default().hash_one(bits)
 }
 
 /// In which wedge a vertex is reached.

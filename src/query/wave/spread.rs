@@ -18,7 +18,14 @@ impl Wave {
             return Err(format!("there is no vertex {}, but other tiles have it", item.index));
         }
         match side_towards(ground.tile, item.index, item.other)? {
-            Some(side) if ground.is_free(side / 3) => self.through(ground, root, side, cone),
+            Some(side) if ground.is_free(side / 3) => {
+                let ends = [side, next(side)].map(|side| ground.point(ground.tile.origin(side)));
+                if seam_between(ends) != item.seam {
+                    return Err(format!("an end of side {side} lies elsewhere for other tiles"));
+                }
+                ground.check_crossing(side, ends)?;
+                self.through(ground, root, side, cone)
+            }
             None if self.outside_is_free => {
                 self.see_outside(root, cone.right, cone.left, false);
                 Ok(())
@@ -56,7 +63,7 @@ impl Wave {
             };
             let mut best: Option<(f64, u32, Cone)> = None;
             for ((over, ends), cone) in ways.into_iter().flatten() {
-                let Some((length, entered)) = self.look(ground, root, over, &cone, ends) else {
+                let Some((length, entered)) = self.look(ground, root, over, &cone, ends)? else {
                     continue;
                 };
                 match best {
@@ -92,6 +99,7 @@ impl Wave {
             root,
             right: cone.right,
             left: cone.left,
+            seam: 0,
         };
         self.push(length, item);
     }
@@ -105,22 +113,23 @@ impl Wave {
         over: u32,
         cone: &Cone,
         [right, left]: [Point; 2],
-    ) -> Option<(f64, u32)> {
+    ) -> Result<Option<(f64, u32)>, String> {
         let beyond = ground.beyond(over);
         match beyond {
-            Beyond::Blocked => return None,
+            Beyond::Blocked => return Ok(None),
             Beyond::Outside => {
                 self.see_outside(root, cone.right, cone.left, false);
-                return None;
+                return Ok(None);
             }
             Beyond::Side(_) | Beyond::Elsewhere => {}
         }
         let length = self.roots[root as usize].length + cone.estimate(right, left, self.towards);
         if length > self.limit {
-            return None;
+            return Ok(None);
         }
         if let Beyond::Side(side) = beyond {
-            return Some((length, side));
+            ground.check_crossing(side, [left, right])?;
+            return Ok(Some((length, side)));
         }
         // Across, the side runs from the one's end to the other's start.
         let [from, to] = ground.tile.ends(over).map(|end| end.id);
@@ -132,9 +141,10 @@ impl Wave {
             root,
             right: cone.right,
             left: cone.left,
+            seam: seam_between([left, right]),
         };
         self.push(length, item);
-        None
+        Ok(None)
     }
 
     /// The cone over a side out of its triangle waits in the queue.
@@ -146,7 +156,7 @@ impl Wave {
         cone: Cone,
         ends: [Point; 2],
     ) -> Result<(), String> {
-        if let Some((length, entered)) = self.look(ground, root, over, &cone, ends) {
+        if let Some((length, entered)) = self.look(ground, root, over, &cone, ends)? {
             self.put_off(ground, root, length, entered, cone);
         }
         Ok(())
@@ -205,6 +215,7 @@ impl Wave {
             root,
             right: point,
             left: Point::new(length, 0.0),
+            seam: 0,
         };
         self.push(length + ahead, item);
     }

@@ -26,6 +26,7 @@ impl Wave {
                 root: 0,
                 right: source.point,
                 left: source.point,
+                seam: 0,
             };
             self.queue.push(0.0, item);
         };
@@ -120,7 +121,8 @@ impl Wave {
     }
 
     /// The source lies outside and sees a hull edge from without: that which leaves a vertex, or the one that comes in.
-    pub(super) fn start_along_hull(&mut self, ground: Ground<'_>, vertex: u32, forward: bool) -> Result<(), String> {
+    pub(super) fn start_along_hull(&mut self, ground: Ground<'_>, item: &Item) -> Result<(), String> {
+        let (vertex, forward) = (item.index, item.kind == Kind::Hull);
         if vertex >= ground.tile.vertex_count() {
             return Err(format!("there is no vertex {vertex}, but other tiles have it"));
         }
@@ -130,6 +132,9 @@ impl Wave {
         let edge = ground.along_hull(vertex, forward)?;
         let ends = [edge, next(edge)].map(|side| ground.tile.origin(side));
         let [left, right] = ends.map(|end| ground.point(end));
+        if !goes_on_convexly(item, left, right, forward) {
+            return Err(format!("the hull turns the wrong way at vertex {vertex}"));
+        }
         if orient2d(left, right, at) != Orientation::Clockwise {
             self.see_past_hull(ground.point(vertex), forward);
             return Ok(());
@@ -148,6 +153,7 @@ impl Wave {
             root: 0,
             right,
             left,
+            seam: 0,
         };
         self.queue.push(0.0, item);
         Ok(())
@@ -180,4 +186,19 @@ impl Wave {
         let beside: Vec<u32> = beside.collect();
         self.see_places(&beside, 0);
     }
+}
+
+/// Whether the hull edge from `left` to `right` continues the one that the item comes from, if there is one, without a turn to the
+/// right. Those that a source outside sees then are no more than there are, also where damaged tiles contradict each other: no convex
+/// chain that has a point on its right all the way turns by more than half a turn.
+fn goes_on_convexly(item: &Item, left: Point, right: Point, forward: bool) -> bool {
+    if item.left == item.right {
+        return true;
+    }
+    let (joined, turn) = if forward {
+        (item.right == left, orient2d(item.left, item.right, right))
+    } else {
+        (item.left == right, orient2d(left, right, item.right))
+    };
+    joined && turn != Orientation::Clockwise
 }

@@ -14,7 +14,6 @@ mod support {
 
 use std::ops::Range;
 use std::sync::OnceLock;
-use std::time::Duration;
 
 use delaunay_tiles::build::{BuildOptions, Builder};
 use delaunay_tiles::geometry::{Point, Rect};
@@ -127,12 +126,7 @@ async fn ask(bytes: Vec<u8>) {
     while let Some(tile) = tiles.next().await {
         let _ = tile;
     }
-    // Walks through triangles that contradict each other may go on and on: budgets end them, as a service would.
-    let options = || {
-        QueryOptions::default()
-            .max_tiles(50)
-            .max_time(Duration::from_millis(200))
-    };
+    let options = || QueryOptions::default().certified();
     for (x, y) in [(1.25, 1.5), (5.5, 6.0), (14.0, 13.0), (19.0, 3.0), (-3.0, 40.0)] {
         let _ = reader.locate(x, y).await;
         let _ = reader
