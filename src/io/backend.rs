@@ -5,7 +5,7 @@ use std::io;
 use std::ops::Range;
 use std::path::Path;
 use std::str::FromStr;
-use std::sync::Once;
+use std::sync::{Arc, Once};
 
 use bytes::Bytes;
 use futures::future::BoxFuture;
@@ -74,9 +74,9 @@ impl fmt::Display for Backend {
 ///
 /// # Errors
 /// What the system says of the file; and if [`Backend::Uring`] is asked for and refused, that.
-pub fn open(path: &Path, backend: Backend) -> io::Result<Box<dyn ReadAt>> {
+pub fn open(path: &Path, backend: Backend) -> io::Result<Arc<dyn ReadAt>> {
     if backend == Backend::Threads {
-        return Ok(Box::new(ThreadsFile::open(path)?.for_tiles()));
+        return Ok(Arc::new(ThreadsFile::open(path)?.for_tiles()));
     }
     match open_on_ring(path) {
         Ok(file) => file,
@@ -87,7 +87,7 @@ pub fn open(path: &Path, backend: Backend) -> io::Result<Box<dyn ReadAt>> {
         Err(error) => {
             static TOLD: Once = Once::new();
             TOLD.call_once(|| tracing::warn!(%error, "the system refuses an io_uring; threads do the I/O"));
-            Ok(Box::new(FallenBack {
+            Ok(Arc::new(FallenBack {
                 file: ThreadsFile::open(path)?.for_tiles(),
                 note: format!("the system refuses an io_uring: {error}"),
             }))
@@ -97,13 +97,13 @@ pub fn open(path: &Path, backend: Backend) -> io::Result<Box<dyn ReadAt>> {
 
 /// The outer error is that of the ring, the inner one that of the file.
 #[cfg(target_os = "linux")]
-fn open_on_ring(path: &Path) -> io::Result<io::Result<Box<dyn ReadAt>>> {
+fn open_on_ring(path: &Path) -> io::Result<io::Result<Arc<dyn ReadAt>>> {
     let ring = super::uring::Ring::shared()?;
-    Ok(super::UringFile::open_on(ring, path).map(|file| Box::new(file) as Box<dyn ReadAt>))
+    Ok(super::UringFile::open_on(ring, path).map(|file| Arc::new(file) as Arc<dyn ReadAt>))
 }
 
 #[cfg(not(target_os = "linux"))]
-fn open_on_ring(_: &Path) -> io::Result<io::Result<Box<dyn ReadAt>>> {
+fn open_on_ring(_: &Path) -> io::Result<io::Result<Arc<dyn ReadAt>>> {
     Err(io::Error::new(io::ErrorKind::Unsupported, "only Linux has it"))
 }
 

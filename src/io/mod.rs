@@ -95,32 +95,6 @@ impl<T: ReadAt + ?Sized> ReadAt for Arc<T> {
     }
 }
 
-impl<T: ReadAt + ?Sized> ReadAt for Box<T> {
-    fn length(&self) -> u64 {
-        (**self).length()
-    }
-
-    fn backend(&self) -> &'static str {
-        (**self).backend()
-    }
-
-    fn note(&self) -> Option<&str> {
-        (**self).note()
-    }
-
-    fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>> {
-        (**self).read_at(range)
-    }
-
-    fn read_many(&self, ranges: &[Range<u64>]) -> BoxFuture<'static, io::Result<Vec<Bytes>>> {
-        (**self).read_many(ranges)
-    }
-
-    fn rest(&self) {
-        (**self).rest();
-    }
-}
-
 /// The most buffers that are kept of a file of tiles: as many as a scan may give back before it takes another.
 const KEPT_OF_TILES: usize = 16;
 

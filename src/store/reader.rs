@@ -122,7 +122,7 @@ pub struct TileReader {
 
 struct Inner {
     name: Arc<str>,
-    source: Box<dyn ReadAt>,
+    source: Arc<dyn ReadAt>,
     in_force: InForce,
     directory: Directory,
     cache: Cache,
@@ -224,7 +224,7 @@ impl TileReader {
         Ok(Self {
             inner: Arc::new(Inner {
                 name,
-                source: Box::new(source),
+                source: Arc::new(source),
                 in_force,
                 directory,
                 cache,

@@ -212,6 +212,11 @@ fn what_is_refused_changes_nothing() {
         let error = refused(ENOUGH, &segment((0.0, 0.0), (0.0, 1.0))).await;
         assert!(matches!(error, EditError::Busy(_)), "{error}");
         drop(lock);
+        // Lines are numbered behind those that are there, so that must not change any more.
+        let first = Editor::open(&scratch.path, ENOUGH).await.unwrap();
+        let second = Editor::open(&scratch.path, ENOUGH).await.err();
+        assert!(matches!(second, Some(EditError::Busy(_))), "{second:?}");
+        drop(first);
         edit(&scratch, ENOUGH, &[segment((0.0, 0.0), (0.0, 1.0))])
             .await
             .unwrap();

@@ -38,6 +38,7 @@ use crate::store::{EdgeSource, LineKind, LineSource, ReadError, TileId, Vertex};
 use regions::{Joining, Labels, Parts};
 use strip::{Inserting, Piece};
 use tile::EditTile;
+pub(super) use tiles::Target;
 use tiles::Tiles;
 
 /// Why a file could not be edited. It is as it was.
@@ -158,7 +159,7 @@ pub struct EditSummary {
 /// Their ends must be vertices of it. The file is locked against other editors; readers may have it open and see it as it was
 /// when they opened it.
 pub struct Editor {
-    path: PathBuf,
+    target: Target,
     memory: u64,
     /// The lines that there were before.
     first_line: u64,
@@ -172,15 +173,15 @@ impl Editor {
     /// # Errors
     /// If it cannot be opened, or somebody else edits it.
     pub async fn open(path: impl AsRef<Path>, memory: u64) -> Result<Self, EditError> {
-        let path = path.as_ref().to_owned();
-        let opened = crate::store::TileReader::open(&path, crate::store::OpenOptions::default()).await?;
+        let target = Target::lock(path.as_ref())?;
+        let opened = target.read().await?;
         let metadata = &opened.directory().metadata;
         if metadata.vertices > 0 && metadata.triangles == 0 {
-            return Err(EditError::NoTriangles(path));
+            return Err(EditError::NoTriangles(target.path));
         }
         Ok(Self {
             first_line: metadata.lines.last().map_or(0, |last| last.first + last.lines),
-            path,
+            target,
             memory,
             lines: Vec::new(),
             segments: Vec::new(),
@@ -233,20 +234,20 @@ impl Editor {
     /// If an end is no vertex, a line crosses a constraint, a ring does not close, or the system refuses.
     pub async fn finish(self) -> Result<EditSummary, EditError> {
         let Self {
-            path,
+            target,
             memory,
             lines,
             segments,
             ..
         } = self;
-        edit(path, segments, lines, memory, (false, || false)).await
+        edit(target, segments, lines, memory, (false, || false)).await
     }
 }
 
 /// Makes segments constraints of a file, on a thread of its own. Lines that are new are entered in its directory. If regions may not be
 /// inside out and are, the file stays as it was.
 pub(super) async fn edit(
-    path: PathBuf,
+    target: Target,
     segments: Vec<Segment>,
     lines: Vec<LineSource>,
     memory: u64,
@@ -260,7 +261,7 @@ pub(super) async fn edit(
         let is_stopped = || stopped.load(Ordering::Relaxed) || is_cancelled();
         // If nobody waits for the answer any more, nobody needs it.
         let _ = reply.send(edit_here(
-            &path,
+            target,
             &segments,
             &lines,
             memory,
@@ -283,14 +284,14 @@ impl Drop for StopOnDrop {
 }
 
 fn edit_here(
-    path: &Path,
+    target: Target,
     segments: &[Segment],
     lines: &[LineSource],
     memory: u64,
     (may_be_inverted, is_stopped, runtime): (bool, &dyn Fn() -> bool, Handle),
 ) -> Result<EditSummary, EditError> {
     let began = Instant::now();
-    let mut tiles = Tiles::open(path, memory / 8 * 5, runtime)?;
+    let mut tiles = Tiles::open(target, memory / 8 * 5, runtime)?;
     let pieces = pieces(&mut tiles, segments)?;
     let mut inserting = Inserting::default();
     for piece in pieces {

@@ -80,6 +80,41 @@ impl Written {
     }
 }
 
+/// A file that nobody else may edit as long as this, or what it is given to, is there.
+pub(in crate::build) struct Target {
+    pub(super) path: PathBuf,
+    file: ThreadsFile,
+}
+
+impl Target {
+    pub(in crate::build) fn lock(path: &Path) -> Result<Self, EditError> {
+        let file = File::options().read(true).write(true).open(path);
+        let file = file.map_err(|error| cannot(path, "open", error))?;
+        match file.try_lock() {
+            Ok(()) => Ok(Self {
+                path: path.to_owned(),
+                file: ThreadsFile::from(Arc::new(file)),
+            }),
+            Err(TryLockError::WouldBlock) => Err(EditError::Busy(path.to_owned())),
+            Err(TryLockError::Error(error)) => Err(cannot(path, "lock", error)),
+        }
+    }
+
+    /// The file as it is now.
+    pub(super) async fn read(&self) -> Result<TileReader, ReadError> {
+        let name = self.path.display().to_string();
+        TileReader::open_source(self.file.clone(), &name, OpenOptions::default()).await
+    }
+}
+
+fn cannot(path: &Path, what: &'static str, source: io::Error) -> EditError {
+    EditError::Io {
+        file: path.to_owned(),
+        what,
+        source: Arc::new(source),
+    }
+}
+
 impl Weight for EditTile {
     fn weight(&self) -> usize {
         self.byte_size()
@@ -101,32 +136,13 @@ impl From<ReadError> for EditError {
 }
 
 impl Tiles {
-    /// Opens a file to edit it, which nobody else must do meanwhile; tiles in memory take up to `capacity` bytes.
-    pub(super) fn open(path: &Path, capacity: u64, runtime: Handle) -> Result<Self, EditError> {
-        let cannot = |what: &'static str| {
-            move |source| EditError::Io {
-                file: path.to_owned(),
-                what,
-                source: Arc::new(source),
-            }
-        };
-        let file = File::options()
-            .read(true)
-            .write(true)
-            .open(path)
-            .map_err(cannot("open"))?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(EditError::Busy(path.to_owned())),
-            Err(TryLockError::Error(error)) => return Err(cannot("lock")(error)),
-        }
-        let file = ThreadsFile::from(Arc::new(file));
-        let name = path.display().to_string();
-        let reader = runtime.block_on(TileReader::open_source(file.clone(), &name, OpenOptions::default()))?;
+    /// Opens a file to edit it; tiles in memory take up to `capacity` bytes.
+    pub(super) fn open(target: Target, capacity: u64, runtime: Handle) -> Result<Self, EditError> {
+        let reader = runtime.block_on(target.read())?;
+        let Target { path, file } = target;
         let generation = u32::try_from(reader.generation() + 1);
         let entries = reader.directory().tiles.clone();
         let disk = Arc::new(Disk {
-            path: path.to_owned(),
             generation: generation.map_err(|_| EditError::Internal("the file was edited too often".to_owned()))?,
             state: Mutex::new(Written {
                 writer: TileWriter::behind(file.clone(), reader.file_length()),
@@ -136,7 +152,8 @@ impl Tiles {
             }),
             labels: OnceLock::new(),
             buffers: Buffers::default(),
-            desk: Desk::new().map_err(cannot("start a thread to edit"))?,
+            desk: Desk::new().map_err(|error| cannot(&path, "start a thread to edit", error))?,
+            path,
             reads: AtomicU64::new(0),
             file,
             reader,
@@ -235,21 +252,13 @@ impl Tiles {
         change(&mut directory);
         let path = disk.path;
         let done = runtime.block_on(writer.replace(&directory, disk.reader.in_force()));
-        done.map_err(|source| EditError::Io {
-            file: path,
-            what: "finish",
-            source: Arc::new(source),
-        })
+        done.map_err(|error| cannot(&path, "finish", error))
     }
 }
 
 impl Disk {
     fn cannot(&self, what: &'static str, source: io::Error) -> EditError {
-        EditError::Io {
-            file: self.path.clone(),
-            what,
-            source: Arc::new(source),
-        }
+        cannot(&self.path, what, source)
     }
 
     async fn read(&self, id: TileId) -> Result<Tile, EditError> {
