@@ -57,6 +57,10 @@ pub(super) struct Given {
     pub(super) site_count: u64,
     /// Pairs of segments that crossed and were split.
     pub(super) crossings: u64,
+    /// Borders at which segments were split.
+    pub(super) borders: Vec<[Point; 2]>,
+    /// Points at which segments were split.
+    pub(super) split_points: u64,
 }
 
 /// Makes a file of what came.
@@ -341,6 +345,7 @@ impl Assembly {
             ends: metadata.ends,
             constraint_edges: metadata.constraint_edges,
             crossings: metadata.crossings,
+            split_points: self.given.split_points,
             sites: metadata.sites,
             regions: metadata.regions,
             hole_regions: metadata.hole_regions,
@@ -495,6 +500,7 @@ impl Assembly {
             ends,
             sites: self.given.site_count,
             crossings: self.given.crossings,
+            borders: std::mem::take(&mut self.given.borders),
             lines: self.given.description.lines.clone(),
             exterior_is_hole: self.options.exterior_is_hole,
             seeds: std::mem::take(&mut self.given.seeds),

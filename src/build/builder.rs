@@ -9,7 +9,7 @@ use super::assembly::{Assembly, Given};
 use super::budget::{self, DiskLoad};
 use super::intake::{Intake, Terms};
 use super::journal::SavedPlan;
-use super::options::Crossings;
+use super::options::{Crossings, Steiner};
 use super::segments::SegmentSpool;
 use super::sites::Sites;
 use super::split_lines::SplitLines;
@@ -258,8 +258,9 @@ impl Builder {
             self.given.has_z |= !batch.z.is_empty();
             self.intake.push(&batch, &self.terms).await?;
         }
-        if self.terms.options.crossings == Crossings::Split {
-            record = self.split_crossings(record).await?;
+        let options = &self.terms.options;
+        if options.crossings == Crossings::Split || options.steiner == Steiner::Borders {
+            record = self.split_lines(record).await?;
         }
         self.given.first_site = record;
         self.given.has_z |= self.sites.has_z();
@@ -269,24 +270,32 @@ impl Builder {
         Ok(())
     }
 
-    /// Splits segments where they cross, and pushes the crossing points. Returns the next record number.
-    async fn split_crossings(&mut self, first_record: u64) -> Result<u64, BuildError> {
+    /// Splits segments where they cross each other or borders, and pushes the crossing points. Returns the next record number.
+    async fn split_lines(&mut self, first_record: u64) -> Result<u64, BuildError> {
         let (arrived, sites) = (self.intake.arrived(&self.terms).await?, self.sites.points());
         let mut points = |within, take: &mut dyn FnMut(&[Point])| {
             take(sites);
             arrived.for_each(within, take)
         };
-        let split = SplitLines::of(&mut self.segments, self.terms.options.memory, &mut points)?;
+        let borders = |within| match self.terms.options.steiner {
+            Steiner::Borders => arrived.borders(within),
+            Steiner::Never => Vec::new(),
+        };
+        let may_cross = self.terms.options.crossings == Crossings::Split;
+        let memory = self.terms.options.memory;
+        let split = SplitLines::of(&mut self.segments, memory, (may_cross, &borders), &mut points)?;
         let Some(lines) = split else {
             return Ok(first_record);
         };
         self.given.crossings = lines.crossings();
+        self.given.borders = lines.borders().to_vec();
         self.segments = SegmentSpool::new(self.terms.folder.spill(), self.memory / SEGMENTS_SHARE);
         lines.push_pieces(&mut self.segments)?;
         self.reserve()?;
         let mut record = first_record;
         for batch in lines.points(first_record) {
             record += batch.points.len() as u64;
+            self.given.split_points += batch.points.len() as u64;
             self.given.has_z |= !batch.z.is_empty();
             self.intake.push(&batch, &self.terms).await?;
         }

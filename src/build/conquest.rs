@@ -117,6 +117,9 @@ impl Conquest {
                 } => self.leaf(&mut workspace, node, tile, &block, points, cores, sender),
                 Task::Merge { node, seams } => self.merge(&mut workspace, node, seams, sender),
             };
+            if done.is_err() {
+                self.board.abandon();
+            }
             if self.options.progress.is_cancelled() {
                 self.fail(BuildError::Cancelled);
             }
@@ -341,7 +344,6 @@ impl Conquest {
             LeafError::Refused(Refusal::Crossed(crossed)) => {
                 self.found.lock().crossed = Some(crossed);
                 self.board.only_divide();
-                Ok(())
             }
             LeafError::Refused(Refusal::Overlaps(Overlaps { sources, place })) => {
                 self.fail(BuildError::Overlaps {
@@ -349,15 +351,14 @@ impl Conquest {
                     needed: sources_memory(&self.options, sources),
                     budget: self.options.memory,
                 });
-                Err(Closed)
             }
             LeafError::OpenRing(source) => {
                 self.fail(BuildError::OpenRing {
                     obstacle: source.number(),
                 });
-                Err(Closed)
             }
         }
+        Err(Closed)
     }
 
     /// At the root all constraints are in, unless there are no triangles to have them as edges: then pieces are edges.

@@ -16,6 +16,7 @@ use super::work_folder::WorkFolder;
 use super::{BuildError, BuildOptions};
 use crate::geometry::{Point, Rect};
 use crate::input::PointBatch;
+use crate::store::KdTree;
 
 /// Batches that wait for the thread that distributes them.
 const BATCHES_AHEAD: usize = 4;
@@ -46,8 +47,8 @@ pub(super) enum Intake {
 #[derive(Debug)]
 enum Incoming {
     Points(PointBatch),
-    /// Write what is in memory, and say what the runs are by now.
-    Flush(oneshot::Sender<Vec<Run>>),
+    /// Write what is in memory, and say what the runs are by now, and the tree of their cells.
+    Flush(oneshot::Sender<(Vec<Run>, KdTree)>),
 }
 
 /// The thread that distributes points.
@@ -74,10 +75,18 @@ impl Drop for Spilling {
 /// The points that have come by now, to be looked through.
 pub(super) enum Arrived<'a> {
     Memory(&'a PointStore),
-    Runs(&'a Path, Vec<Run>),
+    Runs(&'a Path, Vec<Run>, KdTree),
 }
 
 impl Arrived<'_> {
+    /// The borders between the cells that they lie in, as far as they lie in a rectangle.
+    pub(super) fn borders(&self, within: Rect) -> Vec<[Point; 2]> {
+        match self {
+            Self::Memory(_) => Vec::new(),
+            Self::Runs(_, _, tree) => tree.borders(within),
+        }
+    }
+
     /// Gives those within a rectangle, and perhaps others.
     pub(super) fn for_each(&self, within: Rect, take: &mut dyn FnMut(&[Point])) -> Result<(), BuildError> {
         match self {
@@ -87,7 +96,7 @@ impl Arrived<'_> {
                 take(&near);
                 Ok(())
             }
-            Self::Runs(folder, runs) => runs
+            Self::Runs(folder, runs, _) => runs
                 .iter()
                 .try_for_each(|run| spill::read_points(run, folder, take))
                 .map_err(|error| BuildError::io(folder, "read points in", error)),
@@ -164,8 +173,11 @@ impl Intake {
         let folder = terms.folder.spill();
         match self {
             Self::Memory(store) => Ok(Arrived::Memory(store)),
-            Self::Spilling(spilling) => Ok(Arrived::Runs(folder, spilling.flush().await?)),
-            Self::Resumed(_) => Ok(Arrived::Runs(folder, Vec::new())),
+            Self::Spilling(spilling) => {
+                let (runs, tree) = spilling.flush().await?;
+                Ok(Arrived::Runs(folder, runs, tree))
+            }
+            Self::Resumed(_) => Ok(Arrived::Runs(folder, Vec::new(), KdTree::default())),
         }
     }
 
@@ -219,8 +231,8 @@ impl Spilling {
         }
     }
 
-    /// The runs of the points so far, all of which are on the disk.
-    async fn flush(&mut self) -> Result<Vec<Run>, BuildError> {
+    /// The runs of the points so far, all of which are on the disk, and the tree of their cells.
+    async fn flush(&mut self) -> Result<(Vec<Run>, KdTree), BuildError> {
         let (reply, runs) = oneshot::channel();
         if let Some(batches) = &self.batches
             && batches.send(Incoming::Flush(reply)).await.is_ok()

@@ -67,7 +67,7 @@ pub use crossings::{Crossing, SplitError};
 pub use edit::{EditError, EditSummary, Editor};
 pub use error::BuildError;
 pub use inverted::Inverted;
-pub use options::{BuildOptions, Crossings, Duplicates, Phase, Progress, UnknownDuplicates};
+pub use options::{BuildOptions, Crossings, Duplicates, Phase, Progress, Steiner, UnknownDuplicates};
 pub use split_lines::{LinesToSplit, SplitLines};
 pub use summary::{BuildSummary, LevelSummary, PhaseSummary, Waits};
 

@@ -27,6 +27,8 @@ pub struct BuildOptions {
     pub duplicates: Duplicates,
     /// What to do with segments that cross.
     pub crossings: Crossings,
+    /// Whether segments are split where they cross the borders of cells.
+    pub steiner: Steiner,
     /// Whether regions that reach the hull without a constraint are holes, as the outside of a PSLG is for Triangle.
     pub exterior_is_hole: bool,
     /// Whether an output that exists is replaced.
@@ -97,6 +99,7 @@ impl Default for BuildOptions {
             engine: EngineKind::default(),
             duplicates: Duplicates::default(),
             crossings: Crossings::default(),
+            steiner: Steiner::default(),
             exterior_is_hole: false,
             force: false,
             work_folder: None,
@@ -105,6 +108,20 @@ impl Default for BuildOptions {
             progress: Arc::default(),
         }
     }
+}
+
+/// Whether vertices are added where none is needed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Steiner {
+    /// No.
+    #[default]
+    Never,
+    /// Where segments cross the borders of the cells that points are spilled to, as in Wu's thesis; points that fit in memory lie in one
+    /// cell. A border's crossing points are computed exactly and rounded once, and segments bent through them, like those of segments
+    /// that are [split](Crossings::Split); they must fit in memory. The triangles then depend on the cells, and so on what
+    /// fits in the memory, which nothing else makes them do.
+    Borders,
 }
 
 /// What to do with segments that cross where no vertex lies.

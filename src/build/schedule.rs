@@ -335,6 +335,12 @@ impl Board {
         }
     }
 
+    /// A task was given up: its node will have no seam.
+    pub(super) fn abandon(&self) {
+        self.state.lock().running -= 1;
+        self.changed.notify_all();
+    }
+
     /// The time that threads had nothing to do because a block was not there.
     pub(super) fn starved(&self) -> Duration {
         self.state.lock().starved

@@ -11,7 +11,7 @@
 use std::cmp::Ordering;
 
 use super::BuildError;
-use super::crossings::{Bent, Points, SplitError, split};
+use super::crossings::{Bent, Points, SplitError, any_cross, split};
 use super::segments::{NO_Z, SegmentSpool};
 use crate::geometry::{Point, Rect};
 use crate::input::PointBatch;
@@ -58,6 +58,8 @@ pub struct LinesToSplit {
     lines: Vec<Line>,
     /// Bytes that it may take.
     memory: u64,
+    /// They are split here as well.
+    borders: Vec<[Point; 2]>,
 }
 
 impl LinesToSplit {
@@ -67,7 +69,15 @@ impl LinesToSplit {
         Self {
             lines: Vec::new(),
             memory,
+            borders: Vec::new(),
         }
+    }
+
+    /// Has them split too where they cross these borders: those that the file tells of whose lines they are.
+    #[must_use]
+    pub fn at_borders(mut self, borders: &[[Point; 2]]) -> Self {
+        self.borders = borders.to_vec();
+        self
     }
 
     /// Takes segments, and z at both ends of those that have any: NaN stands for none, and so does a list that is too short. Segments
@@ -111,20 +121,39 @@ impl LinesToSplit {
     }
 
     fn split_at<E: From<SplitError>>(self, points: &mut Points<'_, E>) -> Result<SplitLines, E> {
-        let Self { lines, memory } = self;
+        let Self { lines, memory, borders } = self;
         let bent = lines.iter().zip(0..).map(|(line, carried)| Bent {
             ends: line.ends,
             carried,
         });
         let mut pieces: Vec<Bent<u32>> = bent.collect();
         let left = memory.saturating_sub(lines.len() as u64 * BYTES);
-        let done = split(&mut pieces, (left / BYTES) as usize, points)?;
+        let done = split(&mut pieces, (left / BYTES) as usize, &borders, points)?;
         Ok(SplitLines {
             lines,
             pieces,
             points: done.points,
             crossings: done.crossings.iter().sum(),
+            borders,
         })
+    }
+
+    /// Whether any of them cross.
+    fn any_cross(&self) -> bool {
+        let all: Vec<Bent<()>> = self
+            .lines
+            .iter()
+            .map(|line| Bent {
+                ends: line.ends,
+                carried: (),
+            })
+            .collect();
+        any_cross(&all)
+    }
+
+    /// A rectangle around all of them.
+    fn bounds(&self) -> Rect {
+        Rect::around(self.lines.iter().flat_map(|line| line.ends))
     }
 }
 
@@ -149,13 +178,16 @@ pub struct SplitLines {
     /// The points at which lines were cut, in lexicographic order.
     points: Vec<Point>,
     crossings: u64,
+    borders: Vec<[Point; 2]>,
 }
 
 impl SplitLines {
-    /// Splits all segments of a spool, within so many bytes; `points` are other vertices. None: they do not cross.
+    /// Splits all segments of a spool, within so many bytes; `points` are other vertices. None: nothing crosses, or segments cross though they may
+    /// not, which is for others to tell of.
     pub(super) fn of(
         segments: &mut SegmentSpool,
         budget: u64,
+        (may_cross, borders): (bool, &dyn Fn(Rect) -> Vec<[Point; 2]>),
         points: &mut Points<'_, BuildError>,
     ) -> Result<Option<Self>, BuildError> {
         let needed = segments.len().saturating_mul(BYTES);
@@ -176,7 +208,16 @@ impl SplitLines {
             Ok(())
         })?;
         drop(z);
+        if !may_cross && lines.any_cross() {
+            return Ok(None);
+        }
+        lines.borders = borders(lines.bounds());
         Ok(Some(lines.split_at(points)?).filter(|split| !split.points.is_empty()))
+    }
+
+    /// The borders at which they were split.
+    pub(super) fn borders(&self) -> &[[Point; 2]] {
+        &self.borders
     }
 
     /// How many pairs crossed.
@@ -338,12 +379,13 @@ mod tests {
                 carried,
             });
             let mut pieces: Vec<Bent<u32>> = bent.collect();
-            let done = split::<_, SplitError>(&mut pieces, 100, &mut |_, _| Ok(())).unwrap();
+            let done = split::<_, SplitError>(&mut pieces, 100, &[], &mut |_, _| Ok(())).unwrap();
             let split = SplitLines {
                 lines,
                 pieces,
                 points: done.points,
                 crossings: done.crossings.iter().sum(),
+                borders: Vec::new(),
             };
             assert_eq!(split.points, [Point::new(2.0, 2.0), Point::new(8.0, 1.0)]);
             assert_eq!(split.z(), [6.0, 0.0]);

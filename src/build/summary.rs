@@ -26,6 +26,8 @@ pub struct BuildSummary {
     pub constraint_edges: u64,
     /// Pairs of segments that crossed and were split.
     pub crossings: u64,
+    /// Points at which segments were split: where they cross each other, and borders if that was asked for.
+    pub split_points: u64,
     /// Sites.
     pub sites: u64,
     /// Regions: parts of the triangulation that no constraint passes through. 0 where there is no constraint.

@@ -34,6 +34,45 @@ pub struct KdTree {
 }
 
 impl KdTree {
+    /// The borders between cells, as far as they lie in a rectangle: a segment for each cut.
+    pub(crate) fn borders(&self, within: Rect) -> Vec<[Point; 2]> {
+        let mut borders = Vec::new();
+        let mut open = vec![(0, within)];
+        while let Some((node, cell)) = open.pop() {
+            let Some(&cut) = self.nodes.get(node as usize) else {
+                continue;
+            };
+            let (lower, upper, right, is_within) = match cut {
+                KdNode::X { cut, right } => (
+                    Rect { max_x: cut, ..cell },
+                    Rect { min_x: cut, ..cell },
+                    right,
+                    cell.min_x < cut && cut < cell.max_x,
+                ),
+                KdNode::Y { cut, right } => (
+                    Rect { max_y: cut, ..cell },
+                    Rect { min_y: cut, ..cell },
+                    right,
+                    cell.min_y < cut && cut < cell.max_y,
+                ),
+                KdNode::Leaf(_) => continue,
+            };
+            if is_within {
+                borders.push([
+                    Point::new(upper.min_x, upper.min_y),
+                    Point::new(lower.max_x, lower.max_y),
+                ]);
+            }
+            // What lies beyond the rectangle has nothing of it.
+            open.extend(
+                [(right, upper), (node + 1, lower)]
+                    .into_iter()
+                    .filter(|(_, cell)| !cell.is_empty()),
+            );
+        }
+        borders
+    }
+
     /// Checks that `nodes` are a tree in preorder with leaves numbered from left to right; an error says what is wrong.
     pub(crate) fn new(nodes: Vec<KdNode>) -> Result<Self, String> {
         let mut tiles = 0;

@@ -85,6 +85,9 @@ pub struct Metadata {
     pub exterior_is_hole: bool,
     /// Points whose regions are holes.
     pub seeds: Vec<Point>,
+    /// The borders at which lines were split too, each from one place to another; see
+    /// [`Steiner::Borders`](crate::build::Steiner::Borders).
+    pub borders: Vec<[Point; 2]>,
 }
 
 impl Default for Metadata {
@@ -112,6 +115,7 @@ impl Default for Metadata {
             lines: Vec::new(),
             exterior_is_hole: false,
             seeds: Vec::new(),
+            borders: Vec::new(),
         }
     }
 }
@@ -138,8 +142,8 @@ impl Metadata {
         let crs = self.crs.as_ref().map(|crs| builder.create_string(crs));
         let producer = Some(builder.create_string(&self.producer));
         let lines = self.encode_lines(builder);
-        let seeds: Vec<_> = self.seeds.iter().map(|p| schema::Seed::new(p.x, p.y)).collect();
-        let seeds = (!seeds.is_empty()).then(|| builder.create_vector(&seeds));
+        let seeds = encode_places(builder, &self.seeds);
+        let borders = encode_places(builder, self.borders.as_flattened());
         let args = schema::DirectoryArgs {
             tiles,
             tile_vertices: self.tile_vertices,
@@ -169,6 +173,7 @@ impl Metadata {
             lines,
             exterior_is_hole: self.exterior_is_hole,
             seeds,
+            borders,
         };
         schema::Directory::create(builder, &args)
     }
@@ -222,20 +227,36 @@ impl Metadata {
             crossings: root.crossings(),
             lines: decode_lines(root)?,
             exterior_is_hole: root.exterior_is_hole(),
-            seeds: root.seeds().map_or_else(Vec::new, |seeds| {
-                seeds.iter().map(|p| Point::new(p.x(), p.y())).collect()
-            }),
+            seeds: decode_places(root.seeds()),
+            borders: match decode_places(root.borders()).as_chunks() {
+                (borders, []) => borders.to_vec(),
+                _ => return Err("its borders are no pairs of places".to_owned()),
+            },
         };
         // Others allocate by the number of regions, and the triangles are counted.
         let counts = [this.spanning_regions, this.regions, this.triangles];
         if !counts.is_sorted() || this.hole_regions > this.regions || this.hole_triangles > this.triangles {
             return Err("its counts of regions and holes are absurd".to_owned());
         }
-        match this.seeds.iter().find(|seed| !seed.is_valid()) {
-            Some(seed) => Err(format!("there is a seed at ({}, {})", seed.x, seed.y)),
+        let mut places = this.seeds.iter().chain(this.borders.as_flattened());
+        match places.find(|place| !place.is_valid()) {
+            Some(place) => Err(format!("there is a seed or a border at ({}, {})", place.x, place.y)),
             None => Ok(this),
         }
     }
+}
+
+fn encode_places<'b>(
+    builder: &mut FlatBufferBuilder<'b>,
+    places: &[Point],
+) -> Option<WIPOffset<Vector<'b, schema::Place>>> {
+    let places: Vec<_> = places.iter().map(|p| schema::Place::new(p.x, p.y)).collect();
+    (!places.is_empty()).then(|| builder.create_vector(&places))
+}
+
+fn decode_places(places: Option<Vector<'_, schema::Place>>) -> Vec<Point> {
+    let places = places.iter().flatten();
+    places.map(|place| Point::new(place.x(), place.y())).collect()
 }
 
 /// The files that lines came from, whose lines are numbered through.

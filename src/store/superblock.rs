@@ -12,7 +12,7 @@ pub(crate) const BLOCK: u64 = 4096;
 /// Where the first extent lies.
 pub(crate) const FIRST_EXTENT: u64 = 2 * BLOCK;
 /// The version of the format that this library writes and reads.
-pub const FORMAT_VERSION: u32 = 0;
+pub const FORMAT_VERSION: u32 = 1;
 /// No FlatBuffer in a file is larger.
 pub(crate) const MAX_FLATBUFFER: u64 = 64 << 20;
 

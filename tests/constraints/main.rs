@@ -6,6 +6,7 @@ mod support;
 
 mod crossings;
 mod overlaps;
+mod steiner;
 
 use std::f64::consts::TAU;
 use std::sync::Arc;

@@ -246,7 +246,7 @@ async fn compare(file: &File, bytes: Vec<u8>) {
 #[test]
 fn limits_are_those_of_the_code() {
     let page = Page::read();
-    assert_eq!(FORMAT_VERSION, 0);
+    assert_eq!(FORMAT_VERSION, 1);
     let (least, most) = (BuildOptions::MIN_TILE_VERTICES, BuildOptions::MAX_TILE_VERTICES);
     assert_eq!(
         page.limits["vertices that a tile is cut for"],

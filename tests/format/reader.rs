@@ -160,7 +160,7 @@ impl File {
             bytes: &bytes[..block],
         };
         assert_eq!(superblock.raw("magic", 8), b"DELTILES");
-        assert_eq!((superblock.u32("version"), superblock.u32("features")), (0, 0));
+        assert_eq!((superblock.u32("version"), superblock.u32("features")), (1, 0));
         assert_eq!(superblock.u64("generation"), 1);
         assert_eq!(superblock.u64("file_length"), bytes.len() as u64);
         assert!(
@@ -313,7 +313,7 @@ fn read_directory<'b>(page: &Page, root: &[u8], mut pages: &'b [u8]) -> (Directo
     };
     let seeds = table
         .vector(slot("seeds"))
-        .map(|_| structs(page, "Seed", table, slot("seeds")));
+        .map(|_| structs(page, "Place", table, slot("seeds")));
     let counts = [
         "regions",
         "spanning_regions",

@@ -31,7 +31,7 @@ pub use first::Crossing;
 pub(super) use first::{FirstCrossings, KEPT};
 pub(super) use leaves::{LeafLines, in_leaves};
 pub use split::SplitError;
-pub(super) use split::{Points, Segment as Bent, split};
+pub(super) use split::{Points, Segment as Bent, any_cross, split};
 
 /// What has two ends.
 pub(super) trait Ends {

@@ -105,7 +105,12 @@ struct Cut {
     point: Point,
 }
 
-/// Bends segments through their crossing points until nothing crosses. What else is a vertex cuts the segments that are bent and
+/// Whether any segments cross.
+pub(in crate::build) fn any_cross<T: Copy>(segments: &[Segment<T>]) -> bool {
+    find(segments, Rect::PLANE, &mut |_, _, _| ControlFlow::Break(())).is_break()
+}
+
+/// Bends segments through their crossing points until nothing crosses, and first through those with borders too. What else is a vertex cuts the segments that are bent and
 /// that it lies on, as their ends do.
 ///
 /// At most `limit` pairs may cross in a round; each takes about 50 bytes. All memory is about 200 bytes a segment. Segments
@@ -113,32 +118,44 @@ struct Cut {
 pub(in crate::build) fn split<T: Copy, E: From<SplitError>>(
     segments: &mut Vec<Segment<T>>,
     limit: usize,
+    borders: &[[Point; 2]],
     points: &mut Points<'_, E>,
 ) -> Result<Split, E> {
-    split_in_rounds(segments, limit, MOST_ROUNDS, points)
+    split_in_rounds(segments, (limit, MOST_ROUNDS), borders, points)
 }
 
 pub(super) fn split_in_rounds<T: Copy, E: From<SplitError>>(
     segments: &mut Vec<Segment<T>>,
-    limit: usize,
-    rounds: usize,
+    (limit, rounds): (usize, usize),
+    borders: &[[Point; 2]],
     points: &mut Points<'_, E>,
 ) -> Result<Split, E> {
     let mut done = Split::default();
     loop {
         let mut cuts = Vec::new();
-        let stopped = find(segments, Rect::PLANE, &mut |one, other, point| {
-            cuts.extend([one, other].map(|segment| Cut { segment, point }));
+        let count = segments.len() as u32;
+        let mut crossings = 0;
+        let mut found = |one: u32, other: u32, point| {
+            // Borders come behind the segments.
+            let ours = [one, other].into_iter().filter(|&segment| segment < count);
+            cuts.extend(ours.map(|segment| Cut { segment, point }));
+            crossings += u64::from(one.max(other) < count);
             if cuts.len() / 2 > limit {
                 ControlFlow::Break(())
             } else {
                 ControlFlow::Continue(())
             }
-        });
+        };
+        let stopped = if borders.is_empty() || !done.crossings.is_empty() {
+            find(segments, Rect::PLANE, &mut found)
+        } else {
+            let ends = segments.iter().map(|segment| segment.ends);
+            let all: Vec<[Point; 2]> = ends.chain(borders.iter().copied()).collect();
+            find(&all, Rect::PLANE, &mut found)
+        };
         if stopped.is_break() {
             return Err(SplitError::TooMany { limit }.into());
         }
-        let crossings = cuts.len() as u64 / 2;
         let smallest = cuts.iter().map(|cut| cut.point).min_by(|p, q| p.lex_cmp(*q));
         let Some(point) = smallest else { break };
         if done.crossings.len() == rounds {

@@ -128,9 +128,10 @@ impl Spill {
         Ok(())
     }
 
-    /// Writes what is in the buffers, and tells what the runs are by now.
-    pub(super) fn flush(&mut self) -> io::Result<Vec<Run>> {
-        self.runs.iter_mut().map(RunWriter::flushed).collect()
+    /// Writes what is in the buffers, and tells what the runs are by now, and the tree of their cells.
+    pub(super) fn flush(&mut self) -> io::Result<(Vec<Run>, KdTree)> {
+        let runs: io::Result<_> = self.runs.iter_mut().map(RunWriter::flushed).collect();
+        Ok((runs?, self.tree.clone()))
     }
 
     /// Writes what is left in the buffers.

@@ -916,47 +916,47 @@ pub mod delaunay_tiles {
             }
         }
 
-        /// A point whose region is a hole.
-        // struct Seed, aligned to 8
+        /// A point that is no vertex, or need not be one.
+        // struct Place, aligned to 8
         #[repr(transparent)]
         #[derive(Clone, Copy, PartialEq)]
-        pub struct Seed(pub [u8; 16]);
-        impl Default for Seed {
+        pub struct Place(pub [u8; 16]);
+        impl Default for Place {
             fn default() -> Self {
                 Self([0; 16])
             }
         }
-        impl ::core::fmt::Debug for Seed {
+        impl ::core::fmt::Debug for Place {
             fn fmt(&self, f: &mut ::core::fmt::Formatter) -> ::core::fmt::Result {
-                f.debug_struct("Seed")
+                f.debug_struct("Place")
                     .field("x", &self.x())
                     .field("y", &self.y())
                     .finish()
             }
         }
 
-        impl ::flatbuffers::SimpleToVerifyInSlice for Seed {}
-        impl<'a> ::flatbuffers::Follow<'a> for Seed {
-            type Inner = &'a Seed;
+        impl ::flatbuffers::SimpleToVerifyInSlice for Place {}
+        impl<'a> ::flatbuffers::Follow<'a> for Place {
+            type Inner = &'a Place;
             #[inline]
             unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
-                unsafe { <&'a Seed>::follow(buf, loc) }
+                unsafe { <&'a Place>::follow(buf, loc) }
             }
         }
-        impl<'a> ::flatbuffers::Follow<'a> for &'a Seed {
-            type Inner = &'a Seed;
+        impl<'a> ::flatbuffers::Follow<'a> for &'a Place {
+            type Inner = &'a Place;
             #[inline]
             unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
-                unsafe { ::flatbuffers::follow_cast_ref::<Seed>(buf, loc) }
+                unsafe { ::flatbuffers::follow_cast_ref::<Place>(buf, loc) }
             }
         }
-        impl<'b> ::flatbuffers::Push for Seed {
-            type Output = Seed;
+        impl<'b> ::flatbuffers::Push for Place {
+            type Output = Place;
             #[inline]
             unsafe fn push(&self, dst: &mut [u8], _written_len: usize) {
                 let src = unsafe {
                     ::core::slice::from_raw_parts(
-                        self as *const Seed as *const u8,
+                        self as *const Place as *const u8,
                         <Self as ::flatbuffers::Push>::size(),
                     )
                 };
@@ -968,7 +968,7 @@ pub mod delaunay_tiles {
             }
         }
 
-        impl<'a> ::flatbuffers::Verifiable for Seed {
+        impl<'a> ::flatbuffers::Verifiable for Place {
             #[inline]
             fn run_verifier(
                 v: &mut ::flatbuffers::Verifier,
@@ -978,7 +978,7 @@ pub mod delaunay_tiles {
             }
         }
 
-        impl<'a> Seed {
+        impl<'a> Place {
             #[allow(clippy::too_many_arguments)]
             pub fn new(x: f64, y: f64) -> Self {
                 let mut s = Self([0; 16]);
@@ -1509,6 +1509,7 @@ pub mod delaunay_tiles {
             pub const VT_LINES: ::flatbuffers::VOffsetT = 54;
             pub const VT_EXTERIOR_IS_HOLE: ::flatbuffers::VOffsetT = 56;
             pub const VT_SEEDS: ::flatbuffers::VOffsetT = 58;
+            pub const VT_BORDERS: ::flatbuffers::VOffsetT = 60;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -1537,6 +1538,9 @@ pub mod delaunay_tiles {
                 builder.add_hull_edges(args.hull_edges);
                 builder.add_triangles(args.triangles);
                 builder.add_vertices(args.vertices);
+                if let Some(x) = args.borders {
+                    builder.add_borders(x);
+                }
                 if let Some(x) = args.seeds {
                     builder.add_seeds(x);
                 }
@@ -1797,15 +1801,30 @@ pub mod delaunay_tiles {
                         .unwrap()
                 }
             }
+            /// Points whose regions are holes.
             #[inline]
-            pub fn seeds(&self) -> Option<::flatbuffers::Vector<'a, Seed>> {
+            pub fn seeds(&self) -> Option<::flatbuffers::Vector<'a, Place>> {
                 // Safety:
                 // Created from valid Table for this object
                 // which contains a valid value in this slot
                 unsafe {
                     self._tab
-                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, Seed>>>(
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, Place>>>(
                             Directory::VT_SEEDS,
+                            None,
+                        )
+                }
+            }
+            /// The borders at which lines were split too, from one place to the next, two and two.
+            #[inline]
+            pub fn borders(&self) -> Option<::flatbuffers::Vector<'a, Place>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, Place>>>(
+                            Directory::VT_BORDERS,
                             None,
                         )
                 }
@@ -1846,7 +1865,8 @@ pub mod delaunay_tiles {
      .visit_field::<u64>("crossings", Self::VT_CROSSINGS, false)?
      .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, ::flatbuffers::ForwardsUOffset<LineSource>>>>("lines", Self::VT_LINES, false)?
      .visit_field::<bool>("exterior_is_hole", Self::VT_EXTERIOR_IS_HOLE, false)?
-     .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, Seed>>>("seeds", Self::VT_SEEDS, false)?
+     .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, Place>>>("seeds", Self::VT_SEEDS, false)?
+     .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, Place>>>("borders", Self::VT_BORDERS, false)?
      .finish();
                 Ok(())
             }
@@ -1882,7 +1902,8 @@ pub mod delaunay_tiles {
                 ::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, ::flatbuffers::ForwardsUOffset<LineSource<'a>>>>,
             >,
             pub exterior_is_hole: bool,
-            pub seeds: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, Seed>>>,
+            pub seeds: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, Place>>>,
+            pub borders: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, Place>>>,
         }
         impl<'a> Default for DirectoryArgs<'a> {
             #[inline]
@@ -1916,6 +1937,7 @@ pub mod delaunay_tiles {
                     lines: None,
                     exterior_is_hole: false,
                     seeds: None,
+                    borders: None,
                 }
             }
         }
@@ -2055,9 +2077,14 @@ pub mod delaunay_tiles {
                     .push_slot::<bool>(Directory::VT_EXTERIOR_IS_HOLE, exterior_is_hole, false);
             }
             #[inline]
-            pub fn add_seeds(&mut self, seeds: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, Seed>>) {
+            pub fn add_seeds(&mut self, seeds: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, Place>>) {
                 self.fbb_
                     .push_slot_always::<::flatbuffers::WIPOffset<_>>(Directory::VT_SEEDS, seeds);
+            }
+            #[inline]
+            pub fn add_borders(&mut self, borders: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, Place>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Directory::VT_BORDERS, borders);
             }
             #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> DirectoryBuilder<'a, 'b, A> {
@@ -2107,6 +2134,7 @@ pub mod delaunay_tiles {
                 ds.field("lines", &self.lines());
                 ds.field("exterior_is_hole", &self.exterior_is_hole());
                 ds.field("seeds", &self.seeds());
+                ds.field("borders", &self.borders());
                 ds.finish()
             }
         }

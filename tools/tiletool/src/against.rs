@@ -9,7 +9,7 @@ use anyhow::{Context, bail};
 use delaunay_tiles::build::{LinesToSplit, SplitLines};
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{InputOptions, PointBatch, PointSource, SegmentBatch, SiteBatch};
-use delaunay_tiles::store::{EdgeSource, LineBatch, TileReader};
+use delaunay_tiles::store::{EdgeSource, LineBatch, Metadata, TileReader};
 
 use crate::common;
 use crate::lines::{LineArgs, Lines};
@@ -61,9 +61,9 @@ impl Against<'_> {
     /// Compares a file with all of it: what says most of what is wrong comes first.
     pub async fn compare(&self, reader: &TileReader) -> anyhow::Result<Compared> {
         self.check_completeness(reader)?;
-        let split = match reader.directory().metadata.crossings {
-            0 => None,
-            crossings => Some(self.split(crossings)?),
+        let split = match is_split(reader) {
+            true => Some(self.split(&reader.directory().metadata)?),
+            false => None,
         };
         let (mut segments, mut sites) = (None, None);
         if self.has_lines() {
@@ -115,10 +115,11 @@ impl Against<'_> {
         })
     }
 
-    /// Splits the segments where they cross, as the build did, at so many pairs.
-    fn split(&self, crossings: u64) -> anyhow::Result<SplitLines> {
+    /// Splits the segments where they cross each other and borders, as the build did.
+    fn split(&self, metadata: &Metadata) -> anyhow::Result<SplitLines> {
+        let crossings = metadata.crossings;
         let (mut segments, mut batch) = (self.segments()?, LineBatch::default());
-        let mut lines = LinesToSplit::new(self.split_memory);
+        let mut lines = LinesToSplit::new(self.split_memory).at_borders(&metadata.borders);
         while let Some(z) = segments.next_with_z(&mut batch)? {
             lines.push(&batch, z)?;
         }
@@ -189,6 +190,12 @@ impl Against<'_> {
         let mut lines = self.lines.open(self.inputs)?;
         Ok(reader.verify_sites(|batch| lines.next_sites(batch)).await?.sites)
     }
+}
+
+/// Whether lines of a file were split.
+pub fn is_split(reader: &TileReader) -> bool {
+    let metadata = &reader.directory().metadata;
+    metadata.crossings > 0 || !metadata.borders.is_empty()
 }
 
 /// All that lies at vertices: points, ends of segments, points where these cross, and sites, numbered one behind the other.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use delaunay_tiles::build::{BuildError, Builder, Crossings, Editor, Inverted};
+use delaunay_tiles::build::{BuildError, Builder, Crossings, Editor, Inverted, Steiner};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{PolySource, SegmentBatch, SegmentSource, SiteBatch, SiteSource};
 use delaunay_tiles::store::{LineKind, LineSource, VerifyError};
@@ -55,6 +55,15 @@ pub struct LineRules {
         hide_possible_values = true
     )]
     crossings: CrossingsArg,
+    /// Whether vertices are added where lines cross the borders of the cells that points are spilled to: only this makes the
+    /// triangles depend on --memory
+    #[arg(
+        long,
+        value_name = "never|borders",
+        default_value = "never",
+        hide_possible_values = true
+    )]
+    steiner: SteinerArg,
     /// What is outside of all lines, up to the convex hull: kept, or a hole
     #[arg(long, value_name = "keep|hole", default_value = "keep", hide_possible_values = true)]
     exterior: Exterior,
@@ -64,6 +73,12 @@ pub struct LineRules {
 enum CrossingsArg {
     Error,
     Split,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum SteinerArg {
+    Never,
+    Borders,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -109,6 +124,14 @@ impl LineRules {
         match self.crossings {
             CrossingsArg::Error => Crossings::Error,
             CrossingsArg::Split => Crossings::Split,
+        }
+    }
+
+    /// Whether vertices are added where none is needed.
+    pub fn steiner(&self) -> Steiner {
+        match self.steiner {
+            SteinerArg::Never => Steiner::Never,
+            SteinerArg::Borders => Steiner::Borders,
         }
     }
 }

@@ -7,7 +7,7 @@ use clap::Args;
 use delaunay_tiles::build::peak_memory;
 use serde::Serialize;
 
-use crate::against::{Against, Compared};
+use crate::against::{self, Against, Compared};
 use crate::common::{self, MemoryArgs};
 use crate::input_args::InputArgs;
 use crate::lines::LineArgs;
@@ -63,7 +63,7 @@ struct Output {
     input_sites: Option<u64>,
     /// Whether segments were compared as they were split.
     #[serde(skip)]
-    split_at_crossings: bool,
+    is_split: bool,
     peak_memory_bytes: Option<u64>,
 }
 
@@ -83,7 +83,7 @@ pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
         input_points: None,
         input_segments: None,
         input_sites: None,
-        split_at_crossings: false,
+        is_split: false,
         peak_memory_bytes: None,
     };
     let done = common::block_on(check(&args, &mut output)).with_context(|| args.file.display().to_string());
@@ -132,8 +132,8 @@ pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
         text += &format!(
             "All {} segments of the input{} are chains of edges that know their line, and no other edge is a constraint\n",
             thousands(segments),
-            match output.split_at_crossings {
-                true => ", split again where they cross,",
+            match output.is_split {
+                true => ", split again where they cross each other, or borders,",
                 false => "",
             }
         );
@@ -153,7 +153,7 @@ async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
         split_memory: args.memory.bytes() / 2,
     };
     let mut reader = args.memory.open_beside(&args.file, against.byte_size()).await?;
-    let is_split = reader.directory().metadata.crossings > 0 && !against.is_empty();
+    let is_split = against::is_split(&reader) && !against.is_empty();
     if is_split {
         let others = against.byte_size() + against.split_memory;
         reader = args.memory.open_beside(&args.file, others).await?;
@@ -176,7 +176,7 @@ async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
     } = against.compare(&reader).await?;
     output.input_points = Some(points);
     output.input_segments = segments;
-    output.split_at_crossings = is_split;
+    output.is_split = is_split;
     output.input_sites = sites;
     Ok(())
 }

@@ -168,7 +168,7 @@ fn the_summary_for_people() {
         "600, with z",
         "at most 64 vertices each",
         "x  100.0000 to 136.2200",
-        "version 0, generation 1",
+        "version 1, generation 1",
     ] {
         assert!(text.contains(part), "{part} is missing:\n{text}");
     }

@@ -217,11 +217,11 @@ fn ends_on_what_is_bent_stay_on_it() {
 
 /// Splits where there are no other points.
 fn split<T: Copy>(segments: &mut Vec<Segment<T>>, limit: usize) -> Result<Split, SplitError> {
-    split::split(segments, limit, &mut |_, _| Ok(()))
+    split::split(segments, limit, &[], &mut |_, _| Ok(()))
 }
 
 fn split_in_rounds<T: Copy>(segments: &mut Vec<Segment<T>>, limit: usize, rounds: usize) -> Result<Split, SplitError> {
-    split::split_in_rounds(segments, limit, rounds, &mut |_, _| Ok(()))
+    split::split_in_rounds(segments, (limit, rounds), &[], &mut |_, _| Ok(()))
 }
 
 #[test]
@@ -249,7 +249,7 @@ fn points_on_segments_that_are_bent_cut_them() {
             Ok::<_, SplitError>(())
         };
         let mut pieces = numbered(&segments);
-        let done = split::split(&mut pieces, 10, &mut given).unwrap();
+        let done = split::split(&mut pieces, 10, &[], &mut given).unwrap();
         assert_eq!((done.crossings.as_slice(), done.points.len(), asked), (&[1][..], 1, 1));
         let crossing = done.points[0];
         assert!(

@@ -108,6 +108,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     options.resume = args.resume;
     options.exterior_is_hole = args.rules.exterior_is_hole();
     options.crossings = args.rules.crossings();
+    options.steiner = args.rules.steiner();
     let has_lines = !args.lines.is_empty(&args.inputs) || options.exterior_is_hole;
     options.resumable = source.identity().filter(|_| !has_lines);
     if args.resume && has_lines {

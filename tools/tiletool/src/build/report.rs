@@ -25,6 +25,7 @@ pub(super) struct Output<'a> {
     held_triangles: u64,
     deferred_segments: u64,
     crossings: u64,
+    split_points: u64,
     inverted_regions: u64,
     regions: u64,
     hole_regions: u64,
@@ -108,6 +109,7 @@ impl<'a> Output<'a> {
             held_triangles: summary.held_triangles,
             deferred_segments: summary.deferred_segments,
             crossings: summary.crossings,
+            split_points: summary.split_points,
             inverted_regions: summary.inverted_regions,
             regions: summary.regions,
             hole_regions: summary.hole_regions,
@@ -179,9 +181,10 @@ pub(super) fn report(args: &BuildArgs, summary: &BuildSummary, read: &Read) -> S
             thousands(summary.deferred_segments)
         );
     }
-    if summary.crossings > 0 {
+    if summary.split_points > 0 {
         text += &format!(
-            "  split   {} pairs of lines where they crossed\n",
+            "  split   lines at {} points, and {} pairs that crossed\n",
+            thousands(summary.split_points),
             thousands(summary.crossings)
         );
     }

@@ -43,6 +43,7 @@ pub struct Summary {
     seeds: u64,
     site_count: u64,
     crossings: u64,
+    borders: u64,
     lines: Vec<Lines>,
     bounds: Option<Bounds>,
     tile_count: u64,
@@ -163,6 +164,7 @@ impl Summary {
             seeds: m.seeds.len() as u64,
             site_count: m.sites,
             crossings: m.crossings,
+            borders: m.borders.len() as u64,
             lines: m.lines.iter().map(Lines::new).collect(),
             bounds: Bounds::new(m.bounds),
             tile_count: tiles.len() as u64,
@@ -284,6 +286,13 @@ impl Summary {
         if self.crossings > 0 {
             let pairs = counted(self.crossings, "pair");
             lines.push(("crossings", format!("{pairs} of lines, split where they crossed")));
+        }
+        if self.borders > 0 {
+            let borders = counted(self.borders, "border");
+            lines.push((
+                "steiner",
+                format!("lines were split where they crossed {borders} of cells"),
+            ));
         }
         if self.region_count > 0 {
             lines.push(("regions", thousands(self.region_count)));
