@@ -7,7 +7,7 @@ use super::crossings::{Crossing, KEPT, SplitError};
 use super::edit::EditError;
 use super::inverted::Inverted;
 use crate::geometry::Point;
-use crate::store::EdgeSource;
+use crate::store::{EdgeSource, ReadError};
 
 /// Why a build failed. Nothing stands under the output's name then, or what stood there before.
 #[derive(Debug, thiserror::Error)]
@@ -352,6 +352,20 @@ impl From<EditError> for BuildError {
             EditError::Io { file, what, source } => {
                 let source = io::Error::new(source.kind(), source);
                 Self::io(&file, what, source)
+            }
+            // What was just written cannot be read back.
+            EditError::Read(error) => {
+                let (file, kind) = match &error {
+                    ReadError::Io { file, source, .. } => (file, source.kind()),
+                    ReadError::Invalid { file, .. }
+                    | ReadError::Tile { file, .. }
+                    | ReadError::NoSuchTile { file, .. } => (file, io::ErrorKind::InvalidData),
+                    ReadError::Memory { .. } | ReadError::Cancelled => {
+                        return Self::Internal(format!("what was put off could not be read back: {error}"));
+                    }
+                };
+                let path = PathBuf::from(&**file);
+                Self::io(&path, "read the tiles in", io::Error::new(kind, error))
             }
             EditError::OpenRing { line } => Self::OpenRing { obstacle: line },
             EditError::Memory { needed, allowed } => Self::Regions {
