@@ -7,7 +7,6 @@ mod common;
 mod compact;
 mod constrain;
 mod digest;
-#[allow(dead_code, reason = "its experiments come one by one")]
 mod experiment;
 mod export;
 mod generate;
@@ -52,7 +51,6 @@ enum Command {
     Generate(generate::GenerateArgs),
     Query(query::QueryArgs),
     Bench(bench::BenchArgs),
-    #[command(hide = true)]
     Experiment(experiment::ExperimentArgs),
 }
 

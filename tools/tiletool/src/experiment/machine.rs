@@ -12,8 +12,10 @@ pub fn describe() -> String {
         "{cores} {}",
         if cores == 1 { "processor" } else { "processors" }
     )];
-    parts.extend(after_colon("/proc/cpuinfo", "model name"));
-    let memory = after_colon("/proc/meminfo", "MemTotal").and_then(|text| {
+    let [processors, memory] =
+        ["/proc/cpuinfo", "/proc/meminfo"].map(|path| fs::read_to_string(path).unwrap_or_default());
+    parts.extend(after_colon(&processors, "model name").map(str::to_owned));
+    let memory = after_colon(&memory, "MemTotal").and_then(|text| {
         let kibibytes: u64 = text.split_whitespace().next()?.parse().ok()?;
         Some(format!("{} of memory", common::bytes(kibibytes.checked_mul(1024)?)))
     });
@@ -26,14 +28,10 @@ pub fn describe() -> String {
     parts.join(", ")
 }
 
-/// What stands behind the name and a colon in a file of the kernel.
-pub fn after_colon(path: &str, name: &str) -> Option<String> {
-    let text = fs::read_to_string(path).ok()?;
-    let lines = text.lines().filter_map(|line| line.split_once(':'));
-    let mut values = lines
-        .filter(|(key, _)| key.trim() == name)
-        .map(|(_, value)| value.trim().to_owned());
-    values.next()
+/// What stands behind the first such name and a colon, in a text of the kernel's.
+pub fn after_colon<'a>(text: &'a str, name: &str) -> Option<&'a str> {
+    let mut lines = text.lines().filter_map(|line| line.split_once(':'));
+    lines.find_map(|(key, value)| (key.trim() == name).then(|| value.trim()))
 }
 
 /// The command that this process was started with, as it can be repeated: words that a shell would part are quoted.

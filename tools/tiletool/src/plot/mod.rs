@@ -4,12 +4,12 @@
 //! a large one, which no picture could show and which may exceed memory, the triangulation of a sample of its vertices.
 
 mod axis;
-#[allow(dead_code, reason = "the experiments that draw charts come one by one")]
 pub mod chart;
+pub mod figure;
 mod map;
 mod page;
 mod png;
-mod scene;
+pub mod scene;
 mod svg;
 
 use std::ffi::OsString;
