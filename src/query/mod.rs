@@ -11,6 +11,7 @@
 //! ```
 
 mod certify;
+mod edges;
 mod ground;
 mod locate;
 mod options;
@@ -23,6 +24,7 @@ mod tiles;
 mod triangles_in;
 mod wave;
 
+pub use edges::{CdtPath, CdtVertex};
 pub use locate::{Location, TriangleRef};
 pub use options::{QueryError, QueryOptions};
 pub use proximity::{Distance, Footing, PathOutcome, SiteFound, VertexFound};

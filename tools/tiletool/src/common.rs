@@ -3,6 +3,8 @@
 use std::future::Future;
 use std::io::{self, Write};
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
 use bytesize::ByteSize;
@@ -65,6 +67,22 @@ async fn open_url(url: &str, options: OpenOptions) -> anyhow::Result<TileReader>
 #[cfg(not(feature = "object-store"))]
 async fn open_url(url: &str, _: OpenOptions) -> anyhow::Result<TileReader> {
     anyhow::bail!("{url}: this tiletool reads files only; build it with `--features object-store`")
+}
+
+/// A flag that Ctrl-C sets, so that no half-written file is left behind.
+pub fn interruption() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    std::thread::spawn(move || {
+        // Without a runtime Ctrl-C ends the process at once, as it would without this thread.
+        let Ok(runtime) = tokio::runtime::Builder::new_current_thread().enable_all().build() else {
+            return;
+        };
+        if runtime.block_on(tokio::signal::ctrl_c()).is_ok() {
+            flag.store(true, Ordering::Relaxed);
+        }
+    });
+    stop
 }
 
 /// Prints an object as JSON, on one line.

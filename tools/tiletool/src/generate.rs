@@ -8,7 +8,6 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, bail};
@@ -16,6 +15,8 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Command};
 use distributions::{Kind, LongSegments, Pslg, points, points3};
 use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::common;
 
 /// Write seeded test data: points, and segments that do not cross.
 ///
@@ -69,7 +70,7 @@ pub fn run(args: GenerateArgs) -> anyhow::Result<()> {
             .context("cannot write to standard output");
     }
     let segment_path = args.output.with_extension("u32");
-    let segments = data.write_files(&args.output, &segment_path, &interruption())?;
+    let segments = data.write_files(&args.output, &segment_path, &common::interruption())?;
     let segments = segments.map(|count| (count, segment_path.as_path()));
     report(&args, data.records(), segments)
 }
@@ -289,22 +290,6 @@ impl Drop for Output {
     }
 }
 
-/// A flag that Ctrl-C sets, so that no half-written file is left behind.
-fn interruption() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    std::thread::spawn(move || {
-        // Without a runtime Ctrl-C ends the process at once, as it would without this thread.
-        let Ok(runtime) = tokio::runtime::Builder::new_current_thread().enable_all().build() else {
-            return;
-        };
-        if runtime.block_on(tokio::signal::ctrl_c()).is_ok() {
-            flag.store(true, Ordering::Relaxed);
-        }
-    });
-    stop
-}
-
 /// A progress bar on standard error; indicatif hides it if that is no terminal.
 fn progress_bar(records: u64) -> ProgressBar {
     let template = "{wide_bar} {human_pos}/{human_len} points {msg} {eta}";
@@ -358,7 +343,7 @@ fn kinds() -> impl TypedValueParser<Value = Kind> {
 }
 
 /// Reads 1000000, 1_000_000, 1e6, 1.5M: an integer after all, computed without rounding.
-fn parse_count(text: &str) -> anyhow::Result<u64> {
+pub fn parse_count(text: &str) -> anyhow::Result<u64> {
     const SUFFIXES: [(char, u32); 5] = [('k', 3), ('K', 3), ('M', 6), ('G', 9), ('T', 12)];
     let suffix = SUFFIXES
         .into_iter()

@@ -7,6 +7,7 @@ mod common;
 mod compact;
 mod constrain;
 mod digest;
+mod experiment;
 mod export;
 mod generate;
 mod input_args;
@@ -50,6 +51,7 @@ enum Command {
     Generate(generate::GenerateArgs),
     Query(query::QueryArgs),
     Bench(bench::BenchArgs),
+    Experiment(experiment::ExperimentArgs),
 }
 
 fn main() -> ExitCode {
@@ -64,6 +66,7 @@ fn main() -> ExitCode {
         Command::Generate(args) => generate::run(args),
         Command::Query(args) => query::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::Experiment(args) => experiment::run(args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -11,10 +11,15 @@ const DROP_CACHES: &str = "/proc/sys/vm/drop_caches";
 
 /// Throws the file out of the page cache, and with it all other files if we may. Whether we could is the answer.
 pub fn drop_for(path: &Path) -> anyhow::Result<bool> {
+    drop_file(path)?;
+    Ok(fs::write(DROP_CACHES, "1").is_ok())
+}
+
+/// Throws the file out of the page cache.
+pub fn drop_file(path: &Path) -> anyhow::Result<()> {
     let file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
     // What is not on the medium cannot be thrown out.
     let _ = file.sync_all();
     let advised = fadvise(&file, 0, None, Advice::DontNeed);
-    advised.with_context(|| format!("cannot throw {} out of the page cache", path.display()))?;
-    Ok(fs::write(DROP_CACHES, "1").is_ok())
+    advised.with_context(|| format!("cannot throw {} out of the page cache", path.display()))
 }

@@ -1,6 +1,6 @@
 //! `tiletool bench`: how fast this machine does what the library promises.
 
-mod caches;
+pub mod caches;
 mod device;
 mod map;
 mod read;

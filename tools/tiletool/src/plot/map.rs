@@ -35,38 +35,19 @@ const NAME: usize = 70;
 pub fn draw(name: &str, directory: &Directory, scene: &Scene, page: &Page) -> String {
     let name = middle_cut(name);
     let mut svg = Svg::new(page.width, page.height, &name);
-    svg.raw("<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>");
-    let f = page.frame;
-    let (left, baseline) = (f.min_x, f.min_y);
-    svg.text((left, baseline - 42.0), 26.0, Anchor::Start, &fill(INK), &name);
-    svg.text(
-        (left, baseline - 15.0),
-        16.0,
-        Anchor::Start,
-        &fill(GREY),
-        &subtitle(directory),
-    );
-    let (width, height) = f.size();
-    let place = format!(
-        "x=\"{}\" y=\"{}\" width=\"{width}\" height=\"{height}\"",
-        f.min_x, f.min_y
-    );
-    svg.raw(&format!("<clipPath id=\"frame\"><rect {place}/></clipPath>"));
-    svg.raw(&format!("<rect {place} fill=\"{PAPER}\"/>"));
-    svg.raw("<g clip-path=\"url(#frame)\">");
-    svg.raw(&format!(
-        "<g transform=\"scale({})\" fill=\"none\" stroke-linejoin=\"round\">",
-        1.0 / UNITS
-    ));
-    let mut legend = draw_mesh(&mut svg, scene, page);
-    legend.extend(draw_cells(&mut svg, directory, page));
-    svg.raw("</g>");
-    draw_labels(&mut svg, directory, page);
-    svg.raw("</g>");
-    svg.raw(&format!(
-        "<rect {place} fill=\"none\" stroke=\"{INK}\" stroke-width=\"1.2\"/>"
-    ));
+    let mut legend = Vec::new();
+    draw_frame(&mut svg, page, &name, &subtitle(directory), |svg| {
+        svg.raw(&format!(
+            "<g transform=\"scale({})\" fill=\"none\" stroke-linejoin=\"round\">",
+            1.0 / UNITS
+        ));
+        legend = draw_mesh(svg, scene, page);
+        legend.extend(draw_cells(svg, directory, page));
+        svg.raw("</g>");
+        draw_labels(svg, directory, page);
+    });
     draw_axes(&mut svg, page);
+    let f = page.frame;
     draw_legend(&mut svg, &legend, (f.min_x, f.max_y + 58.0));
     svg.text(
         (f.min_x, f.max_y + 88.0),
@@ -78,21 +59,43 @@ pub fn draw(name: &str, directory: &Directory, scene: &Scene, page: &Page) -> St
     svg.finish()
 }
 
-fn fill(colour: &str) -> String {
+/// Draws the paper, the frame and what is in it, and two lines of text above.
+pub(super) fn draw_frame(svg: &mut Svg, page: &Page, title: &str, subtitle: &str, inside: impl FnOnce(&mut Svg)) {
+    svg.raw("<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>");
+    let f = page.frame;
+    let (left, baseline) = (f.min_x, f.min_y);
+    svg.text((left, baseline - 42.0), 26.0, Anchor::Start, &fill(INK), title);
+    svg.text((left, baseline - 15.0), 16.0, Anchor::Start, &fill(GREY), subtitle);
+    let (width, height) = f.size();
+    let place = format!(
+        "x=\"{}\" y=\"{}\" width=\"{width}\" height=\"{height}\"",
+        f.min_x, f.min_y
+    );
+    svg.raw(&format!("<clipPath id=\"frame\"><rect {place}/></clipPath>"));
+    svg.raw(&format!("<rect {place} fill=\"{PAPER}\"/>"));
+    svg.raw("<g clip-path=\"url(#frame)\">");
+    inside(svg);
+    svg.raw("</g>");
+    svg.raw(&format!(
+        "<rect {place} fill=\"none\" stroke=\"{INK}\" stroke-width=\"1.2\"/>"
+    ));
+}
+
+pub(super) fn fill(colour: &str) -> String {
     format!("fill=\"{colour}\"")
 }
 
-fn stroke(colour: &str, width: f64) -> String {
+pub(super) fn stroke(colour: &str, width: f64) -> String {
     format!("stroke=\"{colour}\" stroke-width=\"{:.1}\"", width * UNITS)
 }
 
 /// A sign and what it stands for.
-struct Entry {
-    sign: Sign,
-    text: &'static str,
+pub(super) struct Entry {
+    pub(super) sign: Sign,
+    pub(super) text: &'static str,
 }
 
-enum Sign {
+pub(super) enum Sign {
     Line(&'static str, f64),
     Dot(&'static str),
     Patch(&'static str),
@@ -240,7 +243,7 @@ fn draw_labels(svg: &mut Svg, directory: &Directory, page: &Page) {
     }
 }
 
-fn draw_axes(svg: &mut Svg, page: &Page) {
+pub(super) fn draw_axes(svg: &mut Svg, page: &Page) {
     let f = page.frame;
     let (x, y) = ((f.min_x + f.max_x) / 2.0, (f.min_y + f.max_y) / 2.0);
     let mut path = Path::default();
@@ -273,7 +276,7 @@ fn draw_axes(svg: &mut Svg, page: &Page) {
     }
 }
 
-fn draw_legend(svg: &mut Svg, entries: &[Entry], (mut x, y): (f64, f64)) {
+pub(super) fn draw_legend(svg: &mut Svg, entries: &[Entry], (mut x, y): (f64, f64)) {
     let (middle, size) = (y - 5.0, 15.0);
     for Entry { sign, text } in entries {
         let end = x + 30.0;

@@ -1,0 +1,223 @@
+//! Runs a program to its end and measures the whole process from outside: time, processor time, memory, storage.
+//!
+//! What the system tells of a process is read when it has ended, before it is reaped. Its peak memory is gone by then, so it is
+//! looked at all the time while the process lives.
+
+use std::fs::{self, File};
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, bail};
+use rustix::param::clock_ticks_per_second;
+use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, waitid};
+
+use super::machine::after_colon;
+
+/// How a process ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// It did what it should.
+    Done,
+    /// It gave up, with this exit code.
+    Failed(i32),
+    /// It was ended by this signal.
+    Killed(i32),
+}
+
+/// What a process took.
+#[derive(Clone, Debug)]
+pub struct Took {
+    pub ended: Ended,
+    /// From its start to its end.
+    pub seconds: f64,
+    /// Processor time of all its threads in the program and in the system, in steps of a clock tick.
+    pub user_seconds: Option<f64>,
+    pub system_seconds: Option<f64>,
+    /// The most memory that it had resident, in bytes.
+    pub peak: Option<u64>,
+    /// Bytes that storage had to read and to write for it; what the page cache had is not among them.
+    pub storage_read: Option<u64>,
+    pub storage_written: Option<u64>,
+    /// What it printed, and what it complained of.
+    pub output: String,
+    pub errors: String,
+}
+
+impl Took {
+    /// What it complained of, to be told as ours.
+    pub fn complaint(&self) -> &str {
+        let errors = self.errors.trim();
+        errors.strip_prefix("error: ").unwrap_or(errors)
+    }
+}
+
+/// Between two looks at a process's memory.
+const LOOK: Duration = Duration::from_millis(3);
+
+/// Runs a program in a folder. It is killed if it is seen to have more than `most` bytes in memory, files apart; and if `stop` is set,
+/// which is an error.
+pub fn measure(mut command: Command, folder: &Path, most: Option<u64>, stop: &AtomicBool) -> anyhow::Result<Took> {
+    let name = command.get_program().to_string_lossy().into_owned();
+    let [output, errors] = ["stdout", "stderr"].map(|name| folder.join(name));
+    let create = |path: &Path| File::create(path).with_context(|| format!("cannot write {}", path.display()));
+    command.current_dir(folder).stdin(Stdio::null());
+    command.stdout(create(&output)?).stderr(create(&errors)?);
+    let began = Instant::now();
+    let mut child = command.spawn().with_context(|| format!("cannot run {name}"))?;
+    let watched = watch(&child, most.unwrap_or(u64::MAX), stop);
+    if watched.is_err() {
+        // Whoever cannot be waited for must not go on alone.
+        let _ = child.kill();
+    }
+    let seconds = began.elapsed().as_secs_f64();
+    let (times, storage) = (times(child.id()), storage(child.id()));
+    let status = child.wait().with_context(|| format!("cannot wait for {name}"))?;
+    let peak = watched.with_context(|| format!("cannot watch {name}"))?;
+    if stop.load(Ordering::Relaxed) {
+        bail!("interrupted; nothing was written");
+    }
+    let read = |path: &Path| fs::read(path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+    Ok(Took {
+        ended: ended(status),
+        seconds,
+        user_seconds: times.map(|times| times.0),
+        system_seconds: times.map(|times| times.1),
+        peak,
+        storage_read: storage.map(|bytes| bytes.0),
+        storage_written: storage.map(|bytes| bytes.1),
+        output: read(&output).unwrap_or_default(),
+        errors: read(&errors).unwrap_or_default(),
+    })
+}
+
+/// Waits until a process has ended, without reaping it. Returns the most memory that was seen.
+fn watch(child: &Child, most: u64, stop: &AtomicBool) -> anyhow::Result<Option<u64>> {
+    let (is_over, pid) = (AtomicBool::new(false), Pid::from_child(child));
+    thread::scope(|scope| {
+        let looking = scope.spawn(|| {
+            let mut peak = None;
+            while !is_over.load(Ordering::Relaxed) {
+                let memory = Memory::of(child.id());
+                peak = memory.as_ref().map(|memory| memory.peak).max(peak);
+                let has_more = memory.is_some_and(|memory| memory.own > most);
+                if has_more || stop.load(Ordering::Relaxed) {
+                    // It may have ended by itself meanwhile.
+                    let _ = kill_process(pid, Signal::KILL);
+                }
+                thread::sleep(LOOK);
+            }
+            peak
+        });
+        let ended = loop {
+            match waitid(WaitId::Pid(pid), WaitIdOptions::EXITED | WaitIdOptions::NOWAIT) {
+                Err(rustix::io::Errno::INTR) => {}
+                other => break other,
+            }
+        };
+        is_over.store(true, Ordering::Relaxed);
+        let peak = looking.join().unwrap_or(None);
+        ended?;
+        Ok(peak)
+    })
+}
+
+fn ended(status: ExitStatus) -> Ended {
+    use std::os::unix::process::ExitStatusExt;
+
+    match (status.code(), status.signal()) {
+        (Some(0), _) => Ended::Done,
+        (Some(code), _) => Ended::Failed(code),
+        (None, signal) => Ended::Killed(signal.unwrap_or(0)),
+    }
+}
+
+/// What a process has in memory, in bytes.
+struct Memory {
+    /// The most that was resident so far.
+    peak: u64,
+    /// What is resident and belongs to no file.
+    own: u64,
+}
+
+impl Memory {
+    fn of(pid: u32) -> Option<Self> {
+        let text = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
+        let bytes = |name| {
+            let kibibytes: u64 = after_colon(&text, name)?.strip_suffix(" kB")?.trim().parse().ok()?;
+            kibibytes.checked_mul(1024)
+        };
+        Some(Self {
+            peak: bytes("VmHWM")?,
+            own: bytes("RssAnon")?,
+        })
+    }
+}
+
+/// Seconds of processor time in the program and in the system.
+fn times(pid: u32) -> Option<(f64, f64)> {
+    let text = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    // The program's name may have blanks and brackets in it; what comes behind has none.
+    let (_, fields) = text.rsplit_once(')')?;
+    let mut ticks = fields
+        .split_whitespace()
+        .skip(11)
+        .map(|field| field.parse::<u64>().ok());
+    let per_second = clock_ticks_per_second() as f64;
+    let mut next = || Some(ticks.next()?? as f64 / per_second);
+    Some((next()?, next()?))
+}
+
+/// Bytes read from storage and written to it.
+fn storage(pid: u32) -> Option<(u64, u64)> {
+    let text = fs::read_to_string(format!("/proc/{pid}/io")).ok()?;
+    let bytes = |name| after_colon(&text, name)?.parse::<u64>().ok();
+    Some((bytes("read_bytes")?, bytes("write_bytes")?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shell(script: &str) -> Command {
+        let mut command = Command::new("sh");
+        command.args(["-c", script]);
+        command
+    }
+
+    #[test]
+    fn a_process_is_measured_to_its_end() {
+        let folder = tempfile::tempdir().unwrap();
+        let go = AtomicBool::new(false);
+        let script = "i=0; while [ $i -lt 30000 ]; do i=$((i+1)); done; echo out; echo err >&2";
+        let took = measure(shell(script), folder.path(), None, &go).unwrap();
+        assert_eq!(
+            (took.ended, took.output.as_str(), took.errors.as_str()),
+            (Ended::Done, "out\n", "err\n")
+        );
+        assert!(took.seconds > 0.0 && took.user_seconds.is_some() && took.system_seconds.is_some());
+        assert!(took.peak.is_some_and(|bytes| bytes > 100_000), "{took:?}");
+    }
+
+    #[test]
+    fn failing_and_dying_are_told_apart() {
+        let folder = tempfile::tempdir().unwrap();
+        let go = AtomicBool::new(false);
+        for (script, ended) in [("exit 3", Ended::Failed(3)), ("kill -9 $$", Ended::Killed(9))] {
+            let took = measure(shell(script), folder.path(), None, &go).unwrap();
+            assert_eq!(took.ended, ended);
+        }
+        assert!(measure(Command::new("./no-such-program"), folder.path(), None, &go).is_err());
+    }
+
+    #[test]
+    fn whoever_is_interrupted_leaves_no_process() {
+        let folder = tempfile::tempdir().unwrap();
+        let began = Instant::now();
+        let error = measure(shell("exec sleep 60"), folder.path(), None, &AtomicBool::new(true)).unwrap_err();
+        assert!(error.to_string().contains("interrupted"), "{error}");
+        assert!(began.elapsed() < Duration::from_secs(30));
+    }
+}

@@ -1,0 +1,235 @@
+//! `tiletool experiment`: small ones come through, write what they promise, and nothing else.
+
+mod support;
+
+use std::collections::HashMap;
+use std::fs;
+use std::path::Path;
+
+use support::{errors, run, tiletool};
+
+/// The rows of a CSV file whose fields have no commas, by column.
+fn rows(path: &Path) -> Vec<HashMap<String, String>> {
+    let text = fs::read_to_string(path).unwrap();
+    let mut lines = text
+        .lines()
+        .map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
+    let columns = lines.next().unwrap();
+    lines
+        .map(|fields| {
+            assert_eq!(fields.len(), columns.len());
+            columns.iter().cloned().zip(fields).collect()
+        })
+        .collect()
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+/// Every picture that a page shows is there, and is what its name says.
+fn check_pictures(folder: &Path) -> usize {
+    let page = fs::read_to_string(folder.join("README.md")).unwrap();
+    let shown: Vec<_> = page
+        .split("](")
+        .skip(1)
+        .map(|rest| rest.split(')').next().unwrap())
+        .collect();
+    let pictures: Vec<_> = shown
+        .iter()
+        .filter(|name| name.ends_with("svg") || name.ends_with("png"))
+        .collect();
+    for name in &pictures {
+        let bytes = fs::read(folder.join(name)).unwrap();
+        match name.ends_with("svg") {
+            true => assert!(bytes.starts_with(b"<svg") && bytes.ends_with(b"</svg>\n"), "{name}"),
+            false => assert!(bytes.starts_with(b"\x89PNG"), "{name}"),
+        }
+    }
+    pictures.len()
+}
+
+#[test]
+fn builds_are_measured_beside_a_peer() {
+    let scratch = tempfile::tempdir().unwrap();
+    let printed = run(
+        scratch.path(),
+        "experiment build -o new/results --sizes 3k,300,3000 --alphas 0.5,1 --alpha-size 600 --memory 32MiB \
+         --limit 1GiB --tile-vertices 500 --threads 2 --rounds 2 --peers spade",
+    );
+    let folder = scratch.path().join("new/results");
+    let there = names(&folder);
+    let mut told: Vec<_> = printed.lines().map(|line| line.rsplit('/').next().unwrap()).collect();
+    told.sort_unstable();
+    assert_eq!(told, there);
+    assert_eq!(check_pictures(&folder), 13);
+
+    let rows = rows(&folder.join("builds.csv"));
+    // Three distributions, two sizes with and without segments and two shares; two rounds, two programs. Under the limit: the four
+    // uniform ones once more.
+    assert_eq!(rows.len(), (3 * (2 * 2 + 2) + 4) * 2 * 2);
+    for row in &rows {
+        let number = |column: &str| {
+            row[column]
+                .parse::<f64>()
+                .unwrap_or_else(|_| panic!("{column}: {row:?}"))
+        };
+        assert_eq!(row["ended"], "done", "{row:?}");
+        assert!(number("seconds") > 0.0 && number("peak_memory_bytes") > 1e6);
+        assert_eq!(number("vertices"), number("points"));
+        let ours = row["engine"] == "tiletool";
+        assert_eq!(row["seam_share"].is_empty(), !ours);
+        if ours {
+            // The input is read once at least, and the tiles are written once.
+            assert!(number("bytes_read") >= 16.0 * number("points"));
+            assert!(number("bytes_written") >= number("file_bytes"));
+            for share in ["seam_share", "border_share", "held_share"] {
+                assert!((0.0..=1.0).contains(&number(share)), "{share}: {row:?}");
+            }
+            assert_eq!(number("segments") > 0.0, !row["alpha"].is_empty());
+        }
+    }
+    let of = |engine: &str| {
+        let rows = rows.iter().filter(move |row| row["engine"] == engine);
+        rows.map(|row| row["triangles"].clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(of("tiletool"), of("spade"));
+
+    let page = fs::read_to_string(folder.join("README.md")).unwrap();
+    for part in [
+        "`tiletool experiment build -o new/results",
+        "| uniform | 3 000 |",
+        "| kuzmin | 0.5 |",
+        "Under a hard limit",
+        "Isenburg",
+        "count the same triangles",
+    ] {
+        assert!(page.contains(part), "{part} is missing: {page}");
+    }
+}
+
+#[test]
+fn who_needs_more_memory_than_the_limit_is_ended_and_the_others_go_on() {
+    let scratch = tempfile::tempdir().unwrap();
+    // Half a million points take spade more than 70 MB, and a build as much as it is allowed and what any process takes.
+    run(
+        scratch.path(),
+        "experiment build -o results --distributions uniform --sizes 500k --alphas 0.5 --alpha-size 300 --memory 24MiB \
+         --limit 55MiB --tile-vertices 5000 --threads 1 --peers spade --pictures png",
+    );
+    let folder = scratch.path().join("results");
+    assert_eq!(check_pictures(&folder), 13);
+    let rows = rows(&folder.join("builds.csv"));
+    for row in rows.iter().filter(|row| !row["limit_bytes"].is_empty()) {
+        assert_eq!(row["ended"] == "done", row["engine"] == "tiletool", "{row:?}");
+    }
+    let page = fs::read_to_string(folder.join("README.md")).unwrap();
+    assert!(page.contains("**killed** (signal"), "{page}");
+}
+
+/// Islands in a row, with a strait between each two, and one far away.
+const ISLANDS: &str = r#"{"type": "FeatureCollection", "features": [
+    {"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": [[[0,0],[2,0.5],[3,0],[3,4],[1,5],[0,0]]]}},
+    {"type": "Feature", "properties": {}, "geometry": {"type": "MultiPolygon", "coordinates": [
+        [[[4,-1],[5,-1],[5,3],[4.5,2],[4,3],[4,-1]]],
+        [[[6,0],[9,0],[9,6],[8,1],[7,6],[6,0]]]]}},
+    {"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": [[[90,90],[91,90],[90,91],[90,90]]]}}]}"#;
+
+#[test]
+fn both_distances_between_random_vertices() {
+    let scratch = tempfile::tempdir().unwrap();
+    fs::write(scratch.path().join("islands.geojson"), ISLANDS).unwrap();
+    let args = "experiment stretch islands.geojson --pairs 300 --seed 3 --within -1,-1,10,10 -o";
+    run(scratch.path(), &format!("{args} all --threads 2"));
+    let folder = scratch.path().join("all");
+    // Histogram, islands, visibility graph, triangulation, two trees, and the worst pair.
+    assert_eq!(check_pictures(&folder), 7);
+    let rows = rows(&folder.join("pairs.csv"));
+    assert_eq!(rows.len(), 300);
+    let mut largest = 1.0f64;
+    for row in &rows {
+        let number = |column: &str| row[column].parse::<f64>().unwrap();
+        let (geodesic, ratio) = (number("geodesic"), number("ratio"));
+        assert!(number("from_x") < 10.0, "the far island was not chosen");
+        assert!(number("straight") <= geodesic * (1.0 + 1e-12));
+        assert!((1.0..=2.42).contains(&ratio));
+        assert!((ratio * geodesic - number("cdt")).abs() < 1e-9 * geodesic);
+        largest = largest.max(ratio);
+    }
+    assert!(largest > 1.01, "no way along edges is longer than the shortest path");
+    let page = fs::read_to_string(folder.join("README.md")).unwrap();
+    assert!(
+        page.contains(&format!("The largest ratio is **{largest:.6}**")),
+        "{page}"
+    );
+
+    // The same pairs again, whatever the threads; from tiles too; others with another seed.
+    let pairs = |name: &str| fs::read_to_string(scratch.path().join(name).join("pairs.csv")).unwrap();
+    run(
+        scratch.path(),
+        &format!("{args} again --threads 1 --graph-vertices 5 --pictures png"),
+    );
+    assert_eq!(pairs("again"), pairs("all"));
+    assert_eq!(check_pictures(&scratch.path().join("again")), 6);
+    run(
+        scratch.path(),
+        "build --obstacles islands.geojson -o islands.tiles --quiet",
+    );
+    run(scratch.path(), "experiment stretch islands.tiles --pairs 20 -o tiles");
+    run(scratch.path(), "experiment stretch islands.geojson --pairs 20 -o other");
+    assert_eq!(pairs("tiles"), pairs("other"));
+    run(
+        scratch.path(),
+        "experiment stretch islands.geojson --pairs 20 --seed 4 -o other",
+    );
+    assert_ne!(pairs("tiles"), pairs("other"));
+}
+
+#[test]
+fn what_cannot_be_is_told_before_anything_is_measured() {
+    let scratch = tempfile::tempdir().unwrap();
+    let folder = scratch.path();
+    fs::write(folder.join("file"), "mine").unwrap();
+    for (args, complaint) in [
+        ("experiment build -o file", "is not a folder"),
+        ("experiment build -o file/below", "cannot make the folder"),
+        ("experiment build -o huge --sizes 4G", "of disk"),
+        (
+            "experiment build -o small --sizes 1000 --alphas 0.5 --memory 1MiB --peers spade",
+            "the build failed",
+        ),
+    ] {
+        let output = tiletool(folder, args).output().unwrap();
+        assert_eq!(output.status.code(), Some(1), "{args}: {}", errors(&output));
+        assert!(errors(&output).contains(complaint), "{args}: {}", errors(&output));
+    }
+    assert_eq!(fs::read(folder.join("file")).unwrap(), b"mine");
+    for made in ["huge", "small"] {
+        assert!(names(&folder.join(made)).is_empty());
+    }
+    for args in [
+        "experiment",
+        "experiment bild -o x",
+        "experiment build",
+        "experiment build -o x --sizes 2",
+        "experiment build -o x --sizes many",
+        "experiment build -o x --alphas 1.5",
+        "experiment build -o x --rounds 0",
+        "experiment build -o x --peers qhull",
+        "experiment build -o x --distributions grid",
+        "experiment build -o x --distributions none",
+        "experiment stretch -o x",
+        "experiment stretch p.geojson -o x --pairs 0",
+        "experiment stretch p.geojson -o x --within 1,2,0,3",
+        "experiment build -o x --pictures gif",
+    ] {
+        let output = tiletool(folder, args).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{args}: {}", errors(&output));
+        assert!(!folder.join("x").exists());
+    }
+}
