@@ -13,6 +13,7 @@
 mod certify;
 mod ground;
 mod locate;
+mod matrix;
 mod options;
 mod place;
 mod proximity;
@@ -24,6 +25,7 @@ mod triangles_in;
 mod wave;
 
 pub use locate::{Location, TriangleRef};
+pub use matrix::{DistanceOutcome, PairDistance};
 pub use options::{QueryError, QueryOptions};
 pub use proximity::{Distance, Footing, PathOutcome, SiteFound, VertexFound};
 pub use route::{Bend, Path};

@@ -104,7 +104,7 @@ pub(super) struct Run {
 
 impl Run {
     /// Starts a wave at a free place.
-    async fn start(
+    pub(super) async fn start(
         mut tiles: Tiles,
         source: Place,
         goal: Goal,
@@ -143,7 +143,7 @@ impl Run {
     }
 
     /// The next thing that is found.
-    async fn next(&mut self) -> Result<Option<Found>, QueryError> {
+    pub(super) async fn next(&mut self) -> Result<Option<Found>, QueryError> {
         loop {
             let step = self.wave.step(&self.tile);
             let went_on = match step.map_err(|reason| self.tiles.damaged(self.tile.id(), reason))? {
@@ -168,13 +168,13 @@ impl Run {
         path.map_err(|error| error.at_least(found.length))
     }
 
-    fn legs(&self, found: &Found) -> usize {
+    pub(super) fn legs(&self, found: &Found) -> usize {
         self.wave.way(found.root).len()
     }
 }
 
 /// A stream that a function makes, one item after the other, until it says that there is no more or fails.
-fn unfold<S, T, F, G, H>(
+pub(super) fn unfold<S, T, F, G, H>(
     start: F,
     next: G,
 ) -> impl Stream<Item = Result<T, QueryError>> + Send + Unpin + 'static + use<S, T, F, G, H>
