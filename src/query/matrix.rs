@@ -121,19 +121,23 @@ impl Matrix {
             Some(_) => vec![DistanceOutcome::Unreachable; self.goals.len()],
             None => self.wave(start).await?,
         };
-        let pairs = found.into_iter().zip(&self.goals).enumerate().map(|(goal, (found, end))| {
-            let (of_goal, [from, to]) = (inside(end), [start, goal]);
-            let (outcome, [from, to]) = if self.is_swapped {
-                (of_goal.or(of_start), [to, from])
-            } else {
-                (of_start.or(of_goal), [from, to])
-            };
-            PairDistance {
-                from,
-                to,
-                outcome: outcome.unwrap_or(found),
-            }
-        });
+        let pairs = found
+            .into_iter()
+            .zip(&self.goals)
+            .enumerate()
+            .map(|(goal, (found, end))| {
+                let (of_goal, [from, to]) = (inside(end), [start, goal]);
+                let (outcome, [from, to]) = if self.is_swapped {
+                    (of_goal.or(of_start), [to, from])
+                } else {
+                    (of_start.or(of_goal), [from, to])
+                };
+                PairDistance {
+                    from,
+                    to,
+                    outcome: outcome.unwrap_or(found),
+                }
+            });
         Ok(pairs.collect())
     }
 

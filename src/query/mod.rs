@@ -10,7 +10,10 @@
 //!       └───────▶ route                   the path as it bends, and its proof
 //! ```
 
+mod along;
+mod area;
 mod certify;
+mod explored;
 mod ground;
 mod locate;
 mod matrix;
@@ -24,6 +27,9 @@ mod tiles;
 mod triangles_in;
 mod wave;
 
+pub use along::{AlongInterval, SiteAlong};
+pub use area::AreaPiece;
+pub use explored::Explored;
 pub use locate::{Location, TriangleRef};
 pub use matrix::{DistanceOutcome, PairDistance};
 pub use options::{QueryError, QueryOptions};

@@ -4,6 +4,8 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod along;
+mod area;
 mod matrix;
 mod outcomes;
 mod scene;

@@ -45,7 +45,13 @@ fn every_pair_is_that_of_the_oracle_in_the_promised_order() {
     let scene = scene();
     let mut random = Random(3);
     let mut points = scene.targets(&mut random, 24);
-    points.extend([at(0, 0), at(0, 0), Point::new(2.5, 2.0), at(7, 7), Point::new(-3.0, 4.0)]);
+    points.extend([
+        at(0, 0),
+        at(0, 0),
+        Point::new(2.5, 2.0),
+        at(7, 7),
+        Point::new(-3.0, 4.0),
+    ]);
     runtime().block_on(async {
         for tile_vertices in [5, 1 << 16] {
             let (_scratch, reader) = scene.build(tile_vertices).await;
