@@ -10,10 +10,14 @@
 //!       └───────▶ route                   the path as it bends, and its proof
 //! ```
 
+mod along;
+mod area;
 mod certify;
 mod edges;
+mod explored;
 mod ground;
 mod locate;
+mod matrix;
 mod options;
 mod place;
 mod proximity;
@@ -24,8 +28,12 @@ mod tiles;
 mod triangles_in;
 mod wave;
 
+pub use along::{AlongInterval, SiteAlong};
+pub use area::AreaPiece;
 pub use edges::{CdtPath, CdtVertex};
+pub use explored::Explored;
 pub use locate::{Location, TriangleRef};
+pub use matrix::{DistanceOutcome, PairDistance};
 pub use options::{QueryError, QueryOptions};
 pub use proximity::{Distance, Footing, PathOutcome, SiteFound, VertexFound};
 pub use route::{Bend, Path};

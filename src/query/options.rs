@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use super::Explored;
 use crate::geometry::Point;
 use crate::store::ReadError;
 
@@ -13,6 +14,7 @@ pub struct QueryOptions {
     pub(super) max_time: Option<Duration>,
     pub(super) paths: bool,
     pub(super) certify: bool,
+    pub(super) explored: Option<Explored>,
 }
 
 impl QueryOptions {
@@ -42,6 +44,13 @@ impl QueryOptions {
     pub fn certified(mut self) -> Self {
         self.paths = true;
         self.certify = true;
+        self
+    }
+
+    /// Has the triangles collected that the search goes through.
+    #[must_use]
+    pub fn explored(mut self, into: &Explored) -> Self {
+        self.explored = Some(into.clone());
         self
     }
 }

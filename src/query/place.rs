@@ -10,7 +10,7 @@ use super::tiles::Tiles;
 use super::wave::distance;
 use super::{Location, QueryError, TriangleRef, representable};
 use crate::geometry::{Orientation, Point, orient2d};
-use crate::store::{Tile, Vertex, VertexId};
+use crate::store::{Tile, TileId, Vertex, VertexId};
 
 /// A point, and where it lies.
 #[derive(Clone, Debug)]
@@ -90,6 +90,16 @@ impl Place {
         match self.spot {
             Spot::Vertex(vertex) => Some(vertex.id),
             _ => None,
+        }
+    }
+
+    /// A tile that a search from here needs first.
+    pub(super) fn tile(&self) -> TileId {
+        match self.spot {
+            Spot::Triangle(triangle) => triangle.tile,
+            Spot::Edge { ends: [_, end] } => end.id.tile,
+            Spot::Vertex(vertex) => vertex.id.tile,
+            Spot::Outside([from, _]) => from.tile,
         }
     }
 

@@ -8,7 +8,7 @@ use futures::stream::{self, Stream};
 use super::place::Place;
 use super::route::{self, Path};
 use super::tiles::Tiles;
-use super::wave::{Found, Goal, Places, Step, Wave, What};
+use super::wave::{Found, Goal, Part, Places, Step, Wave, What};
 use super::{QueryError, QueryOptions};
 use crate::geometry::Point;
 use crate::store::{Tile, TileReader, Vertex, VertexId};
@@ -104,14 +104,17 @@ pub(super) struct Run {
 
 impl Run {
     /// Starts a wave at a free place.
-    async fn start(
+    pub(super) async fn start(
         mut tiles: Tiles,
         source: Place,
         goal: Goal,
         limit: f64,
         options: QueryOptions,
     ) -> Result<Self, QueryError> {
-        let wave = Wave::new(&source, goal, limit, tiles.outside_is_free());
+        let mut wave = Wave::new(&source, goal, limit, tiles.outside_is_free());
+        if options.explored.is_some() {
+            wave.keep_parts();
+        }
         let tile = tiles.last().await?;
         Ok(Self {
             wave,
@@ -123,7 +126,7 @@ impl Run {
     }
 
     /// Starts a wave at a point, which must be free.
-    async fn from_point(
+    pub(super) async fn from_point(
         reader: &TileReader,
         at: Point,
         goal: Goal,
@@ -143,20 +146,55 @@ impl Run {
     }
 
     /// The next thing that is found.
-    async fn next(&mut self) -> Result<Option<Found>, QueryError> {
+    pub(super) async fn next(&mut self) -> Result<Option<Found>, QueryError> {
         loop {
-            let step = self.wave.step(&self.tile);
-            let went_on = match step.map_err(|reason| self.tiles.damaged(self.tile.id(), reason))? {
-                Step::Found(found) => return Ok(Some(found)),
-                Step::Done => return Ok(None),
-                Step::Need(id) => self.tiles.get(id).await.map(|tile| self.tile = tile),
-                Step::Pause => {
-                    tokio::task::yield_now().await;
-                    self.tiles.check_time()
-                }
-            };
-            went_on.map_err(|error| error.at_least(self.wave.front()))?;
+            let found = self.advance().await?;
+            self.wave.take_parts();
+            if let Some(found) = found {
+                return Ok(found);
+            }
         }
+    }
+
+    /// Takes a step: what it found, or that there is no more, if it came to either.
+    async fn advance(&mut self) -> Result<Option<Option<Found>>, QueryError> {
+        let step = self.wave.step(&self.tile);
+        if let Some(explored) = &self.options.explored {
+            explored.add(self.wave.parts());
+        }
+        let went_on = match step.map_err(|reason| self.tiles.damaged(self.tile.id(), reason))? {
+            Step::Found(found) => return Ok(Some(Some(found))),
+            Step::Done => return Ok(Some(None)),
+            Step::Need(id) => self.tiles.get(id).await.map(|tile| self.tile = tile),
+            Step::Pause => {
+                tokio::task::yield_now().await;
+                self.tiles.check_time()
+            }
+        };
+        went_on.map_err(|error| error.at_least(self.wave.front()))?;
+        Ok(None)
+    }
+
+    /// Has the wave keep what it sees.
+    pub(super) fn keep_parts(&mut self) {
+        self.wave.keep_parts();
+    }
+
+    /// What the wave sees next, some parts at a time, whatever it finds; none when it is over.
+    pub(super) async fn next_parts(&mut self) -> Result<Option<Vec<Part>>, QueryError> {
+        let mut is_over = false;
+        loop {
+            let parts = self.wave.take_parts();
+            if is_over || !parts.is_empty() {
+                return Ok((!parts.is_empty()).then_some(parts));
+            }
+            is_over = self.advance().await?.is_some_and(|found| found.is_none());
+        }
+    }
+
+    /// Where a root of the wave is, and how long the way to it is.
+    pub(super) fn root_at(&self, root: u32) -> (Point, f64) {
+        self.wave.root_at(root)
     }
 
     /// The way to what was found.
@@ -168,7 +206,7 @@ impl Run {
         path.map_err(|error| error.at_least(found.length))
     }
 
-    fn legs(&self, found: &Found) -> usize {
+    pub(super) fn legs(&self, found: &Found) -> usize {
         self.wave.way(found.root).len()
     }
 }

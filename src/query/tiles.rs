@@ -7,7 +7,7 @@ use std::time::Instant;
 use super::locate::{Locate, Step, Walked};
 use super::star::side_towards;
 use super::{Location, QueryError, QueryOptions};
-use crate::geometry::Point;
+use crate::geometry::{Point, Rect};
 use crate::store::{Metadata, Tile, TileId, TileReader, VertexId};
 
 /// Tiles that a query keeps from the cache's whims.
@@ -43,6 +43,13 @@ impl Tiles {
     /// Whether the outside of the hull is free.
     pub(super) fn outside_is_free(&self) -> bool {
         !self.reader.directory().metadata.exterior_is_hole
+    }
+
+    /// The tiles around whose triangles there are such rectangles.
+    pub(super) fn ids_where(&self, is_wanted: impl Fn(Rect) -> bool) -> Vec<TileId> {
+        let tiles = self.reader.directory().tiles.iter().zip(0..);
+        let wanted = tiles.filter(|(entry, _)| is_wanted(entry.bounds));
+        wanted.map(|(_, id)| TileId(id)).collect()
     }
 
     /// Edges of the hull.

@@ -4,7 +4,10 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod along;
+mod area;
 mod edges;
+mod matrix;
 mod outcomes;
 mod scene;
 mod truth;

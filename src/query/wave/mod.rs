@@ -25,6 +25,7 @@
 
 mod cone;
 mod goal;
+mod parts;
 mod queue;
 mod roots;
 mod spread;
@@ -41,6 +42,7 @@ use crate::store::{Tile, TileId, Vertex, VertexId};
 use cone::Cone;
 pub(super) use cone::distance;
 pub(super) use goal::{Goal, Places};
+pub(super) use parts::{Part, Shape};
 use queue::{Item, Kind, NOWHERE, Queue, Via, seam_between};
 use roots::{NO_ROOT, Root, SeenVertices, TIE};
 
@@ -131,6 +133,8 @@ pub(super) struct Wave {
     told: Vec<bool>,
     /// Triangles that this step may still pass.
     pause: u32,
+    /// What was seen, if someone asks for it.
+    parts: Option<Vec<Part>>,
 }
 
 impl Wave {
@@ -152,6 +156,7 @@ impl Wave {
             ready: BinaryHeap::new(),
             told: vec![false; goals],
             pause: 0,
+            parts: None,
         };
         this.start(source);
         this

@@ -27,7 +27,9 @@ impl Wave {
                 self.through(ground, root, side, cone)
             }
             None if self.outside_is_free => {
-                self.see_outside(root, cone.right, cone.left, false);
+                let edge = ground.first(item.index)?;
+                let edge = [edge, next(edge)].map(|side| ground.point(ground.tile.origin(side)));
+                self.see_outside(root, edge, &cone);
                 Ok(())
             }
             _ => Ok(()),
@@ -42,7 +44,10 @@ impl Wave {
             let apex = ground.tile.origin(previous(side));
             let point = ground.point(apex);
             let [left, right] = [side, next(side)].map(|side| ground.point(ground.tile.origin(side)));
-            self.see_places_within(root, [left, right, point], &cone);
+            let corners = [left, right, point];
+            self.see_places_within(root, corners, &cone);
+            let between = Some([cone.right, cone.left]);
+            self.keep(root, Shape::Triangle { corners, between });
             let turns = [cone.right, cone.left].map(|bound| orient2d(cone.root, bound, point));
             let [over_right, over_left] = [(next(side), [right, point]), (previous(side), [point, left])];
             let ways = match turns {
@@ -118,7 +123,7 @@ impl Wave {
         match beyond {
             Beyond::Blocked => return Ok(None),
             Beyond::Outside => {
-                self.see_outside(root, cone.right, cone.left, false);
+                self.see_outside(root, [right, left], cone);
                 return Ok(None);
             }
             Beyond::Side(_) | Beyond::Elsewhere => {}
@@ -342,11 +347,14 @@ impl Wave {
         for end in ends.into_iter().filter(|&end| only.is_none_or(|only| only == end)) {
             self.see(ground, root, end, Via::Outside);
         }
+        let at = ground.point(vertex);
+        let [right, left] = ends.map(|end| ground.point(end));
+        for (towards, is_left) in [(right, true), (left, false)] {
+            self.keep(root, Shape::Half { towards, is_left });
+        }
         let Goal::Places(places) = &self.goal else {
             return Ok(());
         };
-        let at = ground.point(vertex);
-        let [right, left] = ends.map(|end| ground.point(end));
         // The outside is wider than a half-turn, or one: what is not strictly between the edges, seen from inside.
         let sees = |&goal: &u32| {
             let point = places.points()[goal as usize];
@@ -358,21 +366,31 @@ impl Wave {
         Ok(())
     }
 
-    /// Places outside the hull that a root sees over a hull edge, or, if it lies on the edge, beyond it.
-    pub(super) fn see_outside(&mut self, root: u32, right: Point, left: Point, is_on_edge: bool) {
+    /// What lies outside the hull and is seen over a hull edge, ends as seen on the right and on the left.
+    pub(super) fn see_outside(&mut self, root: u32, edge: [Point; 2], cone: &Cone) {
+        let between = [cone.right, cone.left];
+        self.keep(root, Shape::Beyond { edge, between });
         let Goal::Places(places) = &self.goal else { return };
         if places.outside.is_empty() {
             return;
         }
-        let at = self.roots[root as usize].point;
-        let seen: Vec<u32> = if is_on_edge {
-            let beyond =
-                |&goal: &u32| orient2d(left, right, places.points()[goal as usize]) != Orientation::CounterClockwise;
-            places.outside.iter().copied().filter(beyond).collect()
-        } else {
-            places.outside_within(at, right, left).collect()
-        };
+        let seen = places.outside_within(cone.root, cone.right, cone.left);
+        let seen: Vec<u32> = seen.collect();
         self.see_places(&seen, root);
+    }
+
+    /// What lies outside the hull, on one side of the line from the source through a point.
+    pub(super) fn see_half(&mut self, towards: Point, is_left: bool) {
+        self.keep(0, Shape::Half { towards, is_left });
+        let Goal::Places(places) = &self.goal else { return };
+        let hidden = if is_left {
+            Orientation::Clockwise
+        } else {
+            Orientation::CounterClockwise
+        };
+        let is_seen = |&goal: &u32| orient2d(self.source, towards, places.points()[goal as usize]) != hidden;
+        let seen: Vec<u32> = places.outside.iter().copied().filter(is_seen).collect();
+        self.see_places(&seen, 0);
     }
 
     pub(super) fn see_places(&mut self, seen: &[u32], root: u32) {
@@ -385,6 +403,10 @@ impl Wave {
 
     /// The places in a closed triangle that a root sees whole.
     pub(super) fn see_places_in(&mut self, ground: Ground<'_>, root: u32, triangle: u32) {
+        if self.parts.is_some() {
+            let corners = ground.tile.triangle_points(triangle);
+            self.keep(root, Shape::Triangle { corners, between: None });
+        }
         let Goal::Places(places) = &self.goal else { return };
         let mut found = Vec::new();
         places.in_triangle(ground.tile.triangle_points(triangle), |goal, _| found.push(goal));

@@ -83,8 +83,8 @@ impl Wave {
         for end in ends {
             self.see(ground, 0, end, Via::Outside);
         }
-        let [left, right] = ends.map(|end| ground.point(end));
-        self.see_outside(0, right, left, true);
+        // The hull is on the left of the edge.
+        self.see_half(ground.point(ends[1]), false);
         Ok(())
     }
 
@@ -136,7 +136,7 @@ impl Wave {
             return Err(format!("the hull turns the wrong way at vertex {vertex}"));
         }
         if orient2d(left, right, at) != Orientation::Clockwise {
-            self.see_past_hull(ground.point(vertex), forward);
+            self.see_half(ground.point(vertex), !forward);
             return Ok(());
         }
         self.see_before_hull(right, left);
@@ -161,6 +161,8 @@ impl Wave {
 
     /// Places outside that the source sees before a hull edge.
     fn see_before_hull(&mut self, right: Point, left: Point) {
+        let corners = [self.source, right, left];
+        self.keep(0, Shape::Triangle { corners, between: None });
         let Goal::Places(places) = &self.goal else { return };
         let within = places.outside_within(self.source, right, left);
         let before = within.filter(|&goal| {
@@ -169,22 +171,6 @@ impl Wave {
         });
         let before: Vec<u32> = before.collect();
         self.see_places(&before, 0);
-    }
-
-    /// Places outside that the source sees beside the hull, past its outermost vertex on the right or on the left.
-    fn see_past_hull(&mut self, outermost: Point, on_right: bool) {
-        let Goal::Places(places) = &self.goal else { return };
-        let hidden = if on_right {
-            Orientation::CounterClockwise
-        } else {
-            Orientation::Clockwise
-        };
-        let beside = places.outside.iter().copied().filter(|&goal| {
-            let point = places.points()[goal as usize];
-            orient2d(self.source, outermost, point) != hidden
-        });
-        let beside: Vec<u32> = beside.collect();
-        self.see_places(&beside, 0);
     }
 }
 

@@ -250,3 +250,65 @@ fn mistakes() {
         assert!(errors.contains(complaint), "{args:?}: {errors}");
     }
 }
+
+#[test]
+fn matrices() {
+    let town = Town::new();
+    town.write("a.csv", "x,y\n-4,-4\n0,0\n4,4\n");
+    town.write("b.csv", "-4,4\n-2.5,2.5\n");
+    let table = town.query("matrix", &["--from-file", "a.csv", "--to-file", "b.csv", "--csv"]);
+    let mut lines = table.lines();
+    assert_eq!(
+        lines.next(),
+        Some("from,to,from_x,from_y,to_x,to_y,status,distance,lower,upper")
+    );
+    // The second list is the shorter one.
+    let rows: Vec<String> = lines
+        .map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            assert_eq!(cells.len(), 10, "{line}");
+            cells[..8].join(",")
+        })
+        .collect();
+    assert_eq!(
+        rows,
+        [
+            "0,0,-4,-4,-4,4,ok,8",
+            "1,0,0,0,-4,4,inside_obstacle,",
+            "2,0,4,4,-4,4,ok,8",
+            "0,1,-4,-4,-2.5,2.5,unreachable,",
+            "1,1,0,0,-2.5,2.5,inside_obstacle,",
+            "2,1,4,4,-2.5,2.5,unreachable,",
+        ]
+    );
+    let all = town.query("matrix", &["--batch", "a.csv", "--json"]);
+    let all: Vec<Value> = all.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(all.len(), 9);
+    assert_eq!(
+        (&all[0]["distance"], &all[2]["distance"]),
+        (&json!(0.0), &all[6]["distance"])
+    );
+    assert_eq!(all[1]["nearest_free"].as_array().map(Vec::len), Some(2));
+    let sites = town.query("matrix", &["--from-file", "a.csv", "--sites"]);
+    assert_eq!(sites.lines().count(), 12);
+    assert!(
+        sites.starts_with("0 (-4, -4) to baker (0, 3): ")
+            && sites.contains("2 (4, 4) to inner (-2.5, 2.5): no way leads"),
+        "{sites}"
+    );
+    for args in [&[][..], &["--from-file", "a.csv"], &["--batch", "gone.csv"]] {
+        town.run(1, &[&["query", "matrix", "town.tiles"], args].concat());
+    }
+    town.run(
+        2,
+        &[
+            "query",
+            "matrix",
+            "town.tiles",
+            "--batch",
+            "a.csv",
+            "--from-file",
+            "a.csv",
+        ],
+    );
+}

@@ -3,6 +3,7 @@
 mod answer;
 mod ask;
 mod batch;
+mod matrix;
 mod print;
 
 use std::path::PathBuf;
@@ -50,6 +51,7 @@ enum QueryCommand {
     Range(RangeArgs),
     /// A shortest path
     Path(PathArgs),
+    Matrix(matrix::MatrixArgs),
 }
 
 #[derive(Args, Clone, Debug)]
@@ -180,6 +182,7 @@ impl QueryCommand {
                 let way = args.from.zip(args.to).map(|(from, to)| Question::Way(from, to));
                 (Ask::Path, way.into_iter().collect(), &args.common)
             }
+            Self::Matrix(_) => unreachable!("it asks for itself"),
         }
     }
 }
@@ -204,6 +207,9 @@ impl CommonArgs {
 
 /// Answers queries.
 pub fn run(args: QueryArgs) -> anyhow::Result<()> {
+    if let QueryCommand::Matrix(args) = &args.command {
+        return matrix::run(args);
+    }
     let (ask, mut questions, common) = args.command.parts();
     if let Some(path) = &common.batch {
         questions.extend(batch::read(path, ask == Ask::Path)?);
@@ -238,15 +244,20 @@ async fn answer_all(ask: Ask, questions: Vec<Question>, args: &CommonArgs) -> an
     }
     printer.finish()?;
     if args.stats {
-        let statistics = reader.cache().statistics();
-        eprintln!(
-            "{} queries in {:.3} s; tiles: {} read, {} found in the cache, {} dropped from it",
-            thousands(count as u64),
-            began.elapsed().as_secs_f64(),
-            thousands(statistics.misses),
-            thousands(statistics.hits),
-            thousands(statistics.evictions),
-        );
+        report("queries", count as u64, began, &reader);
     }
     Ok(())
+}
+
+/// Tells on standard error how long it took and what was read.
+fn report(what: &str, count: u64, began: Instant, reader: &TileReader) {
+    let statistics = reader.cache().statistics();
+    eprintln!(
+        "{} {what} in {:.3} s; tiles: {} read, {} found in the cache, {} dropped from it",
+        thousands(count),
+        began.elapsed().as_secs_f64(),
+        thousands(statistics.misses),
+        thousands(statistics.hits),
+        thousands(statistics.evictions),
+    );
 }

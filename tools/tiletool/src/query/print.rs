@@ -78,19 +78,19 @@ const fn header(ask: Ask) -> &'static str {
     }
 }
 
-fn pair(point: Point) -> String {
+pub fn pair(point: Point) -> String {
     format!("{},{}", point.x, point.y)
 }
 
 /// A cell of a table, in quotes where it must be.
-fn cell(text: &str) -> String {
+pub fn cell(text: &str) -> String {
     match text.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")),
         false => text.to_owned(),
     }
 }
 
-fn bounds(distance: &Distance) -> String {
+pub fn bounds(distance: &Distance) -> String {
     format!("{},{},{}", distance.value, distance.lower, distance.upper)
 }
 
@@ -145,7 +145,7 @@ fn rows(answer: &Answer) -> String {
     rows
 }
 
-fn position(point: Point) -> Value {
+pub fn position(point: Point) -> Value {
     json!([point.x, point.y])
 }
 
@@ -174,19 +174,26 @@ fn head(answer: &Answer) -> Value {
         Question::At(at) => json!({"at": position(at)}),
         Question::Way(from, to) => json!({"from": position(from), "to": position(to)}),
     };
-    value["status"] = answer.status.name().into();
-    match answer.status {
-        Status::Inside(point, nearest) => {
-            value["inside"] = position(point);
-            value["nearest_free"] = nearest.map_or(Value::Null, position);
-        }
-        Status::Budget(at_least) => value["at_least"] = at_least.into(),
-        Status::Ok | Status::Unreachable => {}
-    }
+    answer.status.put(&mut value);
     value
 }
 
-fn with_distance(mut value: Value, distance: &Distance) -> Value {
+impl Status {
+    /// Says in an object how a query ended.
+    pub fn put(self, value: &mut Value) {
+        value["status"] = self.name().into();
+        match self {
+            Self::Inside(point, nearest) => {
+                value["inside"] = position(point);
+                value["nearest_free"] = nearest.map_or(Value::Null, position);
+            }
+            Self::Budget(at_least) => value["at_least"] = at_least.into(),
+            Self::Ok | Self::Unreachable => {}
+        }
+    }
+}
+
+pub fn with_distance(mut value: Value, distance: &Distance) -> Value {
     value["distance"] = distance.value.into();
     value["lower"] = distance.lower.into();
     value["upper"] = distance.upper.into();
@@ -282,12 +289,9 @@ fn features(answer: &Answer) -> Vec<Value> {
     items.into_iter().map(feature).collect()
 }
 
-fn text(answer: &Answer) -> String {
-    let mut text = match answer.question {
-        Question::At(at) => format!("({}, {})", at.x, at.y),
-        Question::Way(from, to) => format!("({}, {}) to ({}, {})", from.x, from.y, to.x, to.y),
-    };
-    match answer.status {
+/// Says in a line of text how a query ended, if not well.
+pub fn say(text: &mut String, status: Status) {
+    match status {
         Status::Ok => {}
         Status::Unreachable => text.push_str(": no way leads there"),
         Status::Inside(point, nearest) => {
@@ -298,6 +302,14 @@ fn text(answer: &Answer) -> String {
         }
         Status::Budget(at_least) => _ = write!(text, ": stopped early; what is not here is at least {at_least} away"),
     }
+}
+
+fn text(answer: &Answer) -> String {
+    let mut text = match answer.question {
+        Question::At(at) => format!("({}, {})", at.x, at.y),
+        Question::Way(from, to) => format!("({}, {}) to ({}, {})", from.x, from.y, to.x, to.y),
+    };
+    say(&mut text, answer.status);
     match &answer.found {
         Found::Location(location) => {
             let (what, vertices) = spot(location);

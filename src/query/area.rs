@@ -1,0 +1,336 @@
+//! The area within a walking distance, in pieces that are bounded by straight lines and arcs.
+//!
+//! The wave tells what it sees from each of its roots ([`wave::parts`](super::wave)); of each part, what is not farther from the
+//! root than the way that is left belongs to the area, and nothing else does. Pieces of one root touch along sides, where their
+//! outlines have the same points to the last bit; those of several roots may overlap, as behind an obstacle round which two ways lead.
+
+use std::collections::VecDeque;
+use std::f64::consts::{PI, TAU};
+
+use futures::stream::Stream;
+
+use super::proximity::{Run, unfold};
+use super::wave::{Goal, Part, Places, Shape, distance};
+use super::{QueryError, QueryOptions};
+use crate::geometry::{Orientation, Point, orient2d};
+use crate::store::TileReader;
+
+/// A piece of the area within a walking distance: what of a convex polygon is within reach of a point that sees all of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AreaPiece {
+    /// The point: that from which the distance counts, or one round which ways bend.
+    pub root: Point,
+    /// The way to it.
+    pub walked: f64,
+    /// How much of the distance is left there.
+    pub reach: f64,
+    /// The polygon, counter-clockwise; its corners are rounded unless they are vertices.
+    pub corners: Vec<Point>,
+}
+
+impl AreaPiece {
+    /// Whether a point lies in the closed piece, but for rounding of the corners.
+    #[must_use]
+    pub fn contains(&self, point: Point) -> bool {
+        let around = self.corners.iter().zip(self.corners.iter().cycle().skip(1));
+        distance(self.root, point) <= self.reach
+            && around
+                .into_iter()
+                .all(|(&a, &b)| orient2d(a, b, point) != Orientation::Clockwise)
+    }
+
+    /// The outline, counter-clockwise, without its first point again at the end; empty if nothing is within reach. Arcs become lines
+    /// within the piece, which are farther from them than `tolerance` times their radius nowhere: 1e-4 makes 223 lines of a circle.
+    /// A tolerance below 1e-9 counts as that.
+    #[must_use]
+    pub fn outline(&self, tolerance: f64) -> Vec<Point> {
+        let step = 2.0 * (1.0 - tolerance.clamp(1e-9, 0.5)).acos();
+        let around = self.corners.iter().zip(self.corners.iter().cycle().skip(1));
+        let chords: Vec<[Point; 2]> = around.filter_map(|(&a, &b)| self.chord(a, b)).collect();
+        let mut outline = Vec::new();
+        if chords.is_empty() {
+            if self.contains(self.root) && self.reach > 0.0 {
+                self.arc(0.0, TAU, step, &mut outline);
+            }
+            return outline;
+        }
+        for (place, [from, to]) in chords.iter().copied().enumerate() {
+            if outline.last() != Some(&from) {
+                outline.push(from);
+            }
+            if to != from {
+                outline.push(to);
+            }
+            let next = chords[(place + 1) % chords.len()][0];
+            if next != to {
+                let [start, end] = [to, next].map(|p| (p.y - self.root.y).atan2(p.x - self.root.x));
+                let mut turn = (end - start).rem_euclid(TAU);
+                // What is as good as no turn is not a whole one.
+                if turn > TAU - 1e-9 && distance(to, next) <= 1e-9 * self.reach {
+                    turn = 0.0;
+                }
+                self.arc(start, turn, step, &mut outline);
+            }
+        }
+        while outline.len() > 1 && outline.first() == outline.last() {
+            outline.pop();
+        }
+        if outline.len() < 3 {
+            outline.clear();
+        }
+        outline
+    }
+
+    /// Points between the ends of an arc of so many radians, counter-clockwise.
+    fn arc(&self, start: f64, turn: f64, step: f64, outline: &mut Vec<Point>) {
+        let steps = (turn / step).ceil().max(1.0);
+        for number in 1..steps as u32 {
+            let (sin, cos) = (start + turn * f64::from(number) / steps).sin_cos();
+            outline.push(Point::new(
+                self.root.x + self.reach * cos,
+                self.root.y + self.reach * sin,
+            ));
+        }
+    }
+
+    /// The part of a side that is within reach.
+    fn chord(&self, a: Point, b: Point) -> Option<[Point; 2]> {
+        let is_near = [a, b].map(|p| distance(self.root, p) <= self.reach);
+        if is_near == [true; 2] {
+            return Some([a, b]);
+        }
+        // The neighbour comes from the other end.
+        let (from, to) = if a.lex_cmp(b).is_lt() { (a, b) } else { (b, a) };
+        let (dx, dy) = (to.x - from.x, to.y - from.y);
+        let (px, py) = (self.root.x - from.x, self.root.y - from.y);
+        let square = dx * dx + dy * dy;
+        let foot = (px * dx + py * dy) / square;
+        let height = (px * dy - py * dx) / square.sqrt();
+        let half = ((self.reach - height.abs()) * (self.reach + height.abs()) / square).sqrt();
+        if half.is_nan() || (!is_near[0] && !is_near[1] && !(foot + half > 0.0 && foot - half < 1.0)) {
+            return is_near
+                .contains(&true)
+                .then(|| if is_near[0] { [a, a] } else { [b, b] });
+        }
+        let at = |t: f64| match t {
+            t if t <= 0.0 => from,
+            t if t >= 1.0 => to,
+            t => Point::new(from.x + t * dx, from.y + t * dy),
+        };
+        let ends = [at(foot - half), at(foot + half)];
+        let [low, high] = if from == a { ends } else { [ends[1], ends[0]] };
+        Some([if is_near[0] { a } else { low }, if is_near[1] { b } else { high }])
+    }
+
+    /// The piece of a part.
+    fn of(part: Part, root: Point, walked: f64, radius: f64) -> Option<Self> {
+        let reach = radius - walked;
+        let corners = match part.shape {
+            Shape::Triangle { corners, between } => cut(corners.to_vec(), root, between),
+            Shape::Half { towards, is_left } => half_plane(root, towards, is_left, reach),
+            Shape::Beyond { edge, between } => beyond(root, edge, between, reach),
+        };
+        let this = Self {
+            root,
+            walked,
+            reach,
+            corners,
+        };
+        let is_within_reach = reach > 0.0 && this.corners.len() > 2 && !this.outline(0.5).is_empty();
+        is_within_reach.then_some(this)
+    }
+}
+
+/// Cuts a convex polygon to what lies between two rays from a root.
+fn cut(corners: Vec<Point>, root: Point, between: Option<[Point; 2]>) -> Vec<Point> {
+    let Some([right, left]) = between else { return corners };
+    let mut corners = corners;
+    for (via, hidden) in [(right, Orientation::Clockwise), (left, Orientation::CounterClockwise)] {
+        let mut kept = Vec::new();
+        for (place, &corner) in corners.iter().enumerate() {
+            let next = corners[(place + 1) % corners.len()];
+            let [turn, turn_next] = [corner, next].map(|p| orient2d(root, via, p));
+            if turn != hidden {
+                kept.push(corner);
+            }
+            let crosses = turn != turn_next && turn != Orientation::Collinear && turn_next != Orientation::Collinear;
+            if crosses {
+                kept.push(crossing(root, via, corner, next));
+            }
+        }
+        corners = kept;
+    }
+    corners.dedup();
+    corners
+}
+
+/// Where a ray crosses a side, whose ends may be given in either order.
+fn crossing(root: Point, via: Point, a: Point, b: Point) -> Point {
+    let (a, b) = if a.lex_cmp(b).is_lt() { (a, b) } else { (b, a) };
+    let (rx, ry) = (via.x - root.x, via.y - root.y);
+    let off = |p: Point| rx * (p.y - root.y) - ry * (p.x - root.x);
+    let (from, to) = (off(a), off(b));
+    let along = from / (from - to);
+    if along.is_nan() {
+        return a;
+    }
+    let along = along.clamp(0.0, 1.0);
+    Point::new(a.x + along * (b.x - a.x), a.y + along * (b.y - a.y))
+}
+
+/// The unit vector from one point to another.
+fn direction(from: Point, to: Point) -> Point {
+    let length = distance(from, to);
+    Point::new((to.x - from.x) / length, (to.y - from.y) / length)
+}
+
+fn add(p: Point, v: Point, length: f64) -> Point {
+    Point::new(p.x + length * v.x, p.y + length * v.y)
+}
+
+/// A rectangle on one side of a line through a root, that holds half a disc round it.
+fn half_plane(root: Point, towards: Point, is_left: bool, reach: f64) -> Vec<Point> {
+    let mut along = direction(root, towards);
+    if !is_left {
+        along = Point::new(-along.x, -along.y);
+    }
+    let aside = Point::new(-along.y, along.x);
+    let far = 1.5 * reach;
+    let [back, front] = [add(root, along, -far), add(root, along, far)];
+    vec![back, front, add(front, aside, far), add(back, aside, far)]
+}
+
+/// A polygon of what lies beyond a side between two rays, as far as a root can reach.
+fn beyond(root: Point, [right, left]: [Point; 2], rays: [Point; 2], reach: f64) -> Vec<Point> {
+    let ends = [(rays[0], right), (rays[1], left)];
+    let [right, left] = ends.map(|(via, end)| {
+        if orient2d(root, via, end) == Orientation::Collinear {
+            end
+        } else {
+            crossing(root, via, right, left)
+        }
+    });
+    let [to_right, to_left] = [right, left].map(|hit| direction(root, hit));
+    let far = 1.5 * reach.max(distance(root, right)).max(distance(root, left));
+    let angle = (to_right.x * to_left.y - to_right.y * to_left.x)
+        .atan2(to_right.x * to_left.x + to_right.y * to_left.y)
+        .clamp(0.0, PI);
+    let mut corners = vec![right, add(root, to_right, far)];
+    // Corners between the rays, so that the polygon stays outside of the disc: a third of the angle apart, and as much farther.
+    let start = to_right.y.atan2(to_right.x);
+    for part in [1.0, 3.0, 5.0] {
+        let (sin, cos) = (start + angle * part / 6.0).sin_cos();
+        corners.push(add(root, Point::new(cos, sin), far / (angle / 6.0).cos()));
+    }
+    corners.extend([add(root, to_left, far), left]);
+    corners.dedup();
+    corners
+}
+
+impl TileReader {
+    /// The area within a walking distance of a point, in pieces, those found first nearer. A point is in the area if and only if it is in
+    /// a piece; the pieces of one root do not overlap, those of several may. Outside the hull there are pieces, too, if that is free.
+    ///
+    /// A radius that is not a number, or negative, has no pieces; one above [`Point::MAX_MAGNITUDE`] counts as that. Ends and limits as
+    /// [`nearest_sites`](Self::nearest_sites); what came before a limit was reached is a part of the area.
+    pub fn area_within(
+        &self,
+        at: Point,
+        radius: f64,
+        options: QueryOptions,
+    ) -> impl Stream<Item = Result<AreaPiece, QueryError>> + Send + Unpin + 'static + use<> {
+        let reader = self.clone();
+        let radius = if radius > 0.0 {
+            radius.min(Point::MAX_MAGNITUDE)
+        } else {
+            0.0
+        };
+        let start = async move {
+            let goal = Goal::Places(Places::new([]));
+            let mut run = Run::from_point(&reader, at, goal, radius, options).await?;
+            run.keep_parts();
+            Ok((run, VecDeque::new()))
+        };
+        unfold(
+            start,
+            move |(mut run, mut pieces): (Run, VecDeque<AreaPiece>)| async move {
+                loop {
+                    if let Some(piece) = pieces.pop_front() {
+                        return Ok(Some((piece, (run, pieces))));
+                    }
+                    let Some(parts) = run.next_parts().await? else {
+                        return Ok(None);
+                    };
+                    pieces.extend(parts.into_iter().filter_map(|part| {
+                        let (root, walked) = run.root_at(part.root);
+                        AreaPiece::of(part, root, walked, radius)
+                    }));
+                }
+            },
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(outline: &[Point]) -> f64 {
+        let around = outline.iter().zip(outline.iter().cycle().skip(1));
+        around.map(|(a, b)| 0.5 * (a.x * b.y - a.y * b.x)).sum()
+    }
+
+    fn piece(reach: f64, corners: &[[f64; 2]]) -> AreaPiece {
+        AreaPiece {
+            root: Point::new(0.0, 0.0),
+            walked: 0.0,
+            reach,
+            corners: corners.iter().map(|&[x, y]| Point::new(x, y)).collect(),
+        }
+    }
+
+    #[test]
+    fn outlines_have_the_area_of_their_pieces() {
+        let square = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+        let beside = [[1.0, -1.0], [2.0, -1.0], [2.0, 1.0], [1.0, 1.0]];
+        // A segment of a circle of radius r, cut off at distance 1.
+        let cap = |r: f64| r * r * (1.0 / r).acos() - (r * r - 1.0).sqrt();
+        for (reach, corners, expected) in [
+            (0.5, square, PI / 4.0),
+            (1.0, square, PI),
+            (1.2, square, PI * 1.44 - 4.0 * cap(1.2)),
+            (1.5, square, 4.0),
+            (0.9, beside, 0.0),
+            (1.3, beside, cap(1.3)),
+            (3.0, beside, 2.0),
+        ] {
+            let found = area(&piece(reach, &corners).outline(1e-6));
+            assert!(
+                (found - expected).abs() <= 1e-5,
+                "{reach} {corners:?}: {found}, not {expected}"
+            );
+            assert!(found <= expected + 1e-12);
+        }
+        let corner = piece(2.0, &[[0.0, 0.0], [9.0, 0.0], [0.0, 9.0]]);
+        assert!((area(&corner.outline(1e-6)) - PI).abs() < 1e-5);
+    }
+
+    #[test]
+    fn what_lies_outside_is_a_half_disc_or_a_sector() {
+        let (root, reach) = (Point::new(0.0, 0.0), 2.0);
+        let half = |is_left| AreaPiece {
+            corners: half_plane(root, Point::new(3.0, 4.0), is_left, reach),
+            ..piece(reach, &[])
+        };
+        let is_above = Point::new(-0.5, 0.5);
+        assert!(half(true).contains(is_above) && !half(false).contains(is_above));
+        assert!((area(&half(false).outline(1e-6)) - 2.0 * PI).abs() < 1e-5);
+        let [right, left] = [Point::new(1.0, -1.0), Point::new(1.0, 1.0)];
+        let sector = AreaPiece {
+            corners: beyond(root, [right, left], [right, left], reach),
+            ..piece(reach, &[])
+        };
+        let found = area(&sector.outline(1e-6));
+        assert!((found - (PI - 1.0)).abs() < 1e-5, "{found}");
+    }
+}
