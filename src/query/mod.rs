@@ -21,6 +21,8 @@ mod star;
 mod straight;
 mod tiles;
 mod triangles_in;
+#[allow(dead_code, reason = "for the methods of the thesis")]
+mod visibility;
 mod wave;
 
 pub use locate::{Location, TriangleRef};
