@@ -275,7 +275,9 @@ impl<'t> Ground<'t> {
         for site in self.tile.sites() {
             marks[site.vertex as usize] |= SITE;
         }
+        let mut has_break_lines = false;
         for side in self.tile.constraint_sides() {
+            has_break_lines |= !self.tile.is_wall(side);
             let is_blocked = self.tile.is_wall(side)
                 || match self.tile.across(side) {
                     Across::Side(other) => self.is_free(side / 3) != self.is_free(other / 3),
@@ -306,6 +308,7 @@ impl<'t> Ground<'t> {
         Marks {
             of_vertices: marks,
             ends,
+            has_break_lines,
         }
     }
 

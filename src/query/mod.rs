@@ -11,6 +11,7 @@
 //! ```
 
 mod certify;
+mod edges;
 mod ground;
 mod locate;
 mod options;
@@ -25,6 +26,7 @@ mod triangles_in;
 mod visibility;
 mod wave;
 
+pub use edges::{CdtPath, CdtVertex};
 pub use locate::{Location, TriangleRef};
 pub use options::{QueryError, QueryOptions};
 pub use proximity::{Distance, Footing, PathOutcome, SiteFound, VertexFound};

@@ -79,6 +79,14 @@ pub enum QueryError {
         /// All that was not found so far is at least as far away.
         at_least: f64,
     },
+    /// The file has break lines, for which the bound of the CDT distance does not hold.
+    #[error(
+        "{file} has break lines: they block nobody but hold edges in place, so that the CDT distance is not bounded by the walking distance there; ask for that instead, in any mode, or build the file without them"
+    )]
+    BreakLines {
+        /// The file.
+        file: Arc<str>,
+    },
     /// A path contradicts the file: a fault of this library.
     #[error("the path is not one that can be walked: {reason}")]
     Uncertified {

@@ -64,6 +64,16 @@ impl Place {
         Ok(this)
     }
 
+    /// The same for a point where one must be free.
+    pub(super) async fn find_free(tiles: &mut Tiles, point: Point) -> Result<Self, QueryError> {
+        let place = Self::find(tiles, point).await?;
+        if place.is_free {
+            return Ok(place);
+        }
+        let nearest_free = place.nearest_free(tiles).await?;
+        Err(QueryError::InsideObstacle { point, nearest_free })
+    }
+
     /// A vertex that is known to be free.
     pub(super) fn at(vertex: Vertex) -> Self {
         Self {

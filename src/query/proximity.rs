@@ -174,7 +174,7 @@ impl Run {
 }
 
 /// A stream that a function makes, one item after the other, until it says that there is no more or fails.
-fn unfold<S, T, F, G, H>(
+pub(super) fn unfold<S, T, F, G, H>(
     start: F,
     next: G,
 ) -> impl Stream<Item = Result<T, QueryError>> + Send + Unpin + 'static + use<S, T, F, G, H>

@@ -8,7 +8,7 @@ use super::locate::{Locate, Step, Walked};
 use super::star::side_towards;
 use super::{Location, QueryError, QueryOptions};
 use crate::geometry::Point;
-use crate::store::{Tile, TileId, TileReader, VertexId};
+use crate::store::{Metadata, Tile, TileId, TileReader, VertexId};
 
 /// Tiles that a query keeps from the cache's whims.
 const HELD: usize = 2;
@@ -33,6 +33,11 @@ impl Tiles {
             max_tiles: options.max_tiles.unwrap_or(u64::MAX),
             deadline: options.max_time.and_then(|time| Instant::now().checked_add(time)),
         }
+    }
+
+    /// What is known of the whole file.
+    pub(super) fn metadata(&self) -> &Metadata {
+        &self.reader.directory().metadata
     }
 
     /// Whether the outside of the hull is free.
@@ -111,6 +116,13 @@ impl Tiles {
     /// The error for a tile that contradicts itself or others.
     pub(super) fn damaged(&self, tile: TileId, reason: String) -> QueryError {
         self.reader.damaged(tile, reason).into()
+    }
+
+    /// The error for a file with break lines.
+    pub(super) fn break_lines(&self) -> QueryError {
+        QueryError::BreakLines {
+            file: self.reader.name().into(),
+        }
     }
 
     /// The error for a file on which there is nowhere to walk.

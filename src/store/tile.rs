@@ -83,6 +83,8 @@ pub(crate) struct Marks {
     pub(crate) of_vertices: Vec<u8>,
     /// Two corners for some of them, in order.
     pub(crate) ends: Vec<(u32, [u32; 2])>,
+    /// Whether a side is a constraint that does not block.
+    pub(crate) has_break_lines: bool,
 }
 
 /// Bytes of a foreign vertex in a border.

@@ -1,0 +1,225 @@
+//! Questions for the CDT distance.
+
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, HashSet};
+
+use futures::stream::Stream;
+
+use super::corner::PUT_IN;
+use super::{EdgeRun, NO_NODE};
+use crate::geometry::Point;
+use crate::query::place::Place;
+use crate::query::proximity::unfold;
+use crate::query::tiles::Tiles;
+use crate::query::{Distance, QueryError, QueryOptions, SiteFound};
+use crate::store::{TileReader, Vertex, VertexId};
+
+/// A shortest way along edges.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CdtPath {
+    /// How long it is; the bounds are those of the CDT distance.
+    pub distance: Distance,
+    /// From its start by way of vertices to its end.
+    pub points: Vec<Point>,
+    /// The vertices that these points are; ends may be none.
+    pub vertices: Vec<Option<VertexId>>,
+}
+
+/// A vertex in one of its sectors, by CDT distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CdtVertex {
+    /// The vertex.
+    pub vertex: Vertex,
+    /// The neighbour at the right end of the sector, as seen from the vertex; none if the vertex has one free sector only.
+    pub sector: Option<VertexId>,
+    /// How far it is along edges; the bounds are those of the CDT distance.
+    pub distance: Distance,
+    /// Which item of the stream, from 0, the way comes from: the parent in the source tree. None: from the source, if that is not
+    /// the vertex itself.
+    pub parent: Option<u64>,
+}
+
+/// A stream of vertices in their sectors.
+struct Vertices {
+    run: EdgeRun,
+    /// For each node, how many edges lead there.
+    legs: Vec<u32>,
+    /// Nodes that are no vertices of the file; they come first.
+    put_in: u32,
+}
+
+impl Vertices {
+    async fn next(&mut self) -> Result<Option<CdtVertex>, QueryError> {
+        while let Some(number) = self.run.next().await? {
+            let node = *self.run.node(number);
+            let before = self.legs.get(node.parent as usize);
+            self.legs.push(before.map_or(0, |legs| legs + 1));
+            if node.vertex.tile == PUT_IN {
+                self.put_in += 1;
+                continue;
+            }
+            let parent = node.parent.checked_sub(self.put_in).filter(|_| node.parent != NO_NODE);
+            return Ok(Some(CdtVertex {
+                vertex: Vertex {
+                    id: node.vertex,
+                    point: node.point,
+                },
+                sector: (node.sector != node.vertex).then_some(node.sector),
+                distance: Distance::of_legs(node.length, self.legs[number as usize] as usize),
+                parent: parent.map(u64::from),
+            }));
+        }
+        Ok(None)
+    }
+}
+
+/// A stream of sites.
+struct Sites {
+    vertices: Vertices,
+    met: HashSet<VertexId>,
+    /// Those that were met, by length and number, until no other can be as near.
+    ready: BinaryHeap<Reverse<Ready>>,
+}
+
+struct Ready {
+    key: (u64, u64),
+    site: SiteFound,
+}
+
+impl PartialEq for Ready {
+    fn eq(&self, other: &Self) -> bool {
+        self.key == other.key
+    }
+}
+
+impl Eq for Ready {}
+
+impl PartialOrd for Ready {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Ready {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.key.cmp(&other.key)
+    }
+}
+
+impl Sites {
+    async fn next(&mut self) -> Result<Option<SiteFound>, QueryError> {
+        loop {
+            let front = self.vertices.run.search.front();
+            let nearest = self.ready.peek().map(|ready| f64::from_bits(ready.0.key.0));
+            if nearest.is_some_and(|nearest| nearest < front) {
+                return Ok(self.ready.pop().map(|Reverse(ready)| ready.site));
+            }
+            let found = self.vertices.next().await;
+            let at_least = nearest.unwrap_or(front);
+            let Some(found) = found.map_err(|error| error.at_least(at_least))? else {
+                return Ok(self.ready.pop().map(|Reverse(ready)| ready.site));
+            };
+            if !self.met.insert(found.vertex.id) {
+                continue;
+            }
+            for site in self.vertices.run.tile().sites_at(found.vertex.id.index) {
+                self.ready.push(Reverse(Ready {
+                    key: (found.distance.value.to_bits(), site.number),
+                    site: SiteFound {
+                        number: site.number,
+                        id: site.id.map(str::to_owned),
+                        vertex: found.vertex,
+                        distance: found.distance,
+                        path: None,
+                    },
+                }));
+            }
+        }
+    }
+}
+
+impl Vertices {
+    async fn start(reader: &TileReader, at: Point, options: &QueryOptions) -> Result<Self, QueryError> {
+        let mut run = EdgeRun::from_point(reader, at, f64::INFINITY, options).await?;
+        run.refuse_break_lines()?;
+        Ok(Self {
+            run,
+            legs: Vec::new(),
+            put_in: 0,
+        })
+    }
+}
+
+impl TileReader {
+    /// The CDT distance between two points: the length of a shortest way along edges of the triangulation that one may walk along, with
+    /// both points among the vertices, and that way. None if no way leads from one to the other.
+    ///
+    /// It is at least the walking distance, and less than 2.42 times that (Bose and Keil 2006). An end that is no vertex is put in
+    /// for this query; nothing is written. A point outside the hull is joined to the vertices of the hull that it sees.
+    ///
+    /// # Errors
+    /// [`BreakLines`](QueryError::BreakLines) if the file has any, [`InsideObstacle`](QueryError::InsideObstacle) if an end lies
+    /// in one; otherwise as [`shortest_path`](Self::shortest_path).
+    pub async fn cdt_distance(
+        &self,
+        from: Point,
+        to: Point,
+        options: QueryOptions,
+    ) -> Result<Option<CdtPath>, QueryError> {
+        let mut tiles = Tiles::new(self, &options);
+        let to = Place::find_free(&mut tiles, to).await?;
+        let from = Place::find_free(&mut tiles, from).await?;
+        let (mut run, end) = EdgeRun::towards(tiles, from, &to).await?;
+        run.refuse_break_lines()?;
+        let Some(node) = run.find(end).await? else {
+            return Ok(None);
+        };
+        let mut way = run.search.way(node);
+        if let [only] = way[..] {
+            way.push(only);
+        }
+        let vertex = |vertex: VertexId| (vertex.tile != PUT_IN).then_some(vertex);
+        Ok(Some(CdtPath {
+            distance: Distance::of_legs(run.node(node).length, way.len() - 1),
+            points: way.iter().map(|node| node.point).collect(),
+            vertices: way.iter().map(|node| vertex(node.vertex)).collect(),
+        }))
+    }
+
+    /// All vertices that can be reached from a point, in each of their sectors, by [CDT distance](Self::cdt_distance): the source
+    /// tree. Vertices that are equally far away come by their coordinates.
+    ///
+    /// Ends and limits as [`nearest_sites`](Self::nearest_sites); and it ends with an error if the file has break lines.
+    pub fn vertices_by_cdt_distance(
+        &self,
+        from: Point,
+        options: QueryOptions,
+    ) -> impl Stream<Item = Result<CdtVertex, QueryError>> + Send + Unpin + 'static + use<> {
+        let reader = self.clone();
+        let start = async move { Vertices::start(&reader, from, &options).await };
+        unfold(start, |mut vertices: Vertices| async move {
+            Ok(vertices.next().await?.map(|vertex| (vertex, vertices)))
+        })
+    }
+
+    /// The sites by [CDT distance](Self::cdt_distance) from a point; equally far ones by number. Their paths are none, and their
+    /// distances those along edges, with the bounds of these. Ends and limits as
+    /// [`vertices_by_cdt_distance`](Self::vertices_by_cdt_distance).
+    pub fn sites_by_cdt_distance(
+        &self,
+        from: Point,
+        options: QueryOptions,
+    ) -> impl Stream<Item = Result<SiteFound, QueryError>> + Send + Unpin + 'static + use<> {
+        let reader = self.clone();
+        let start = async move {
+            Ok(Sites {
+                vertices: Vertices::start(&reader, from, &options).await?,
+                met: HashSet::new(),
+                ready: BinaryHeap::new(),
+            })
+        };
+        unfold(start, |mut sites: Sites| async move {
+            Ok(sites.next().await?.map(|site| (site, sites)))
+        })
+    }
+}

@@ -1,0 +1,380 @@
+//! Walking distance along the edges of the triangulation: the CDT distance.
+//!
+//! In: a source, and tiles as they are asked for. Out: vertices in their sectors, nearest first, each with the one before it: the source
+//! tree. It is Dijkstra's search over the edges that one may walk along: those of free triangles, and those of the hull where the
+//! outside is free. A wall is walked along on one of its sides, and a vertex is passed within one sector ([`ground`](super::ground)),
+//! so a node is a vertex in a sector: unlike in the wave, where only one sector of a vertex matters, a way may pass it in each.
+//!
+//! ```text
+//!     a ─────── b         the wall w v parts what is round v into one sector only, but round w, where it goes on, into two. From a
+//!     │ ╲  v  ╱ │         to c the edges lead round v, over a v and v c, or across w only on either side of the wall:
+//!     │  ╲ ║ ╱  │         (w, left) has an edge to a, and (w, right) one to c
+//!     │   ╲║╱   │
+//!     a'───w────c
+//!          ║
+//! ```
+//!
+//! It is at most 4π√3/9 < 2.42 times the shortest way among obstacles if all constraints are walls (Bose and Keil, "On the stretch factor of
+//! the constrained Delaunay triangulation", ISVD 2006): what sees each other is joined by edges no longer than that. Break lines are
+//! no obstacles, but hold edges in place that the bound needs elsewhere; so there is no such bound where a file has them.
+//!
+//! A source or target that is no vertex is put in for the one query ([`overlay`]).
+//!
+//! It has no I/O: [`EdgeSearch::step`] is given a tile, and tells when it needs another; [`run`] feeds it.
+
+mod corner;
+mod distances;
+mod overlay;
+mod run;
+
+use std::cmp::Ordering;
+use std::collections::{BinaryHeap, HashMap, HashSet};
+
+use super::ground::{Ground, SINGLE, Wedge};
+use super::star::{next, previous, side_towards};
+use super::wave::distance;
+use crate::geometry::Point;
+use crate::store::{Tile, TileId, VertexId};
+pub(super) use corner::Within;
+use corner::{Corner, PUT_IN};
+pub use distances::{CdtPath, CdtVertex};
+use overlay::{Link, Overlay};
+pub(super) use run::EdgeRun;
+
+/// In place of a node, where the source has none.
+pub(super) const NO_NODE: u32 = u32::MAX;
+
+/// A vertex in a sector, as it was reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Node {
+    pub(super) vertex: VertexId,
+    pub(super) point: Point,
+    /// Its sector: the neighbour at the right end of it, or the vertex itself if it has one free sector only. Of a point
+    /// that was put in, its number.
+    pub(super) sector: VertexId,
+    /// The way to it.
+    pub(super) length: f64,
+    /// The node before it, or [`NO_NODE`].
+    pub(super) parent: u32,
+    /// In which wedge it was reached; none for the source.
+    pub(super) within: Option<Within>,
+}
+
+/// What a step of the search comes to.
+#[derive(Debug)]
+pub(super) enum Step {
+    /// It goes on in this tile.
+    Need(TileId),
+    /// The next nearest node, by number.
+    Found(u32),
+    /// There is nothing more to find.
+    Done,
+}
+
+/// A vertex that waits, nearest first; of equally near ones the first by coordinates, and by the node before it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Entry {
+    length: f64,
+    /// The same with what the goal is away at least, if there is one.
+    at_least: f64,
+    vertex: VertexId,
+    point: Point,
+    parent: u32,
+    /// None: all sectors of the source.
+    within: Option<Within>,
+}
+
+impl Entry {
+    fn order(&self, other: &Self) -> Ordering {
+        let by_length = self.at_least.total_cmp(&other.at_least);
+        let by_point = by_length.then_with(|| self.point.lex_cmp(other.point));
+        by_point.then(self.parent.cmp(&other.parent))
+    }
+}
+
+impl Eq for Entry {}
+
+impl Ord for Entry {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.order(self)
+    }
+}
+
+impl PartialOrd for Entry {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// A search on its way.
+#[derive(Debug)]
+pub(super) struct EdgeSearch {
+    outside_is_free: bool,
+    overlay: Overlay,
+    links: HashMap<VertexId, Vec<Link>>,
+    /// Nothing farther away is wanted.
+    limit: f64,
+    /// The only vertex to be found, which the search hurries to (A*).
+    towards: Option<Point>,
+    queue: BinaryHeap<Entry>,
+    nodes: Vec<Node>,
+    settled: HashSet<[VertexId; 2]>,
+    /// Lengths over which vertices with one free sector wait.
+    waiting: HashMap<VertexId, f64>,
+}
+
+impl EdgeSearch {
+    /// A search from a vertex, of the file or put in, to all that is not farther away than `limit`.
+    fn new(
+        (source, point): (VertexId, Point),
+        overlay: Overlay,
+        limit: f64,
+        towards: Option<Point>,
+        outside_is_free: bool,
+    ) -> Self {
+        let mut this = Self {
+            outside_is_free,
+            links: overlay.links(),
+            overlay,
+            limit,
+            towards,
+            queue: BinaryHeap::new(),
+            nodes: Vec::new(),
+            settled: HashSet::new(),
+            waiting: HashMap::new(),
+        };
+        let start = |within| Entry {
+            length: 0.0,
+            at_least: towards.map_or(0.0, |goal| distance(point, goal)),
+            vertex: source,
+            point,
+            parent: NO_NODE,
+            within,
+        };
+        match this.overlay.point(source) {
+            Some((_, sectors)) => this
+                .queue
+                .extend((0..sectors).map(|sector| start(Some(Within::Sector(sector))))),
+            None => this.queue.push(start(None)),
+        }
+        this
+    }
+
+    /// A length that all ways to what was not found yet have at least.
+    pub(super) fn front(&self) -> f64 {
+        self.queue.peek().map_or(f64::INFINITY, |entry| entry.at_least)
+    }
+
+    /// A node that was found.
+    pub(super) fn node(&self, number: u32) -> &Node {
+        &self.nodes[number as usize]
+    }
+
+    /// The nodes on the way to one, the source first.
+    pub(super) fn way(&self, number: u32) -> Vec<Node> {
+        let mut way = Vec::new();
+        let mut at = number;
+        while let Some(node) = self.nodes.get(at as usize) {
+            way.push(*node);
+            at = node.parent;
+        }
+        way.reverse();
+        way
+    }
+
+    /// Goes on in a tile, or says which it needs; an error says how the tile contradicts itself or others.
+    pub(super) fn step(&mut self, tile: &Tile) -> Result<Step, String> {
+        let ground = Ground {
+            tile,
+            outside_is_free: self.outside_is_free,
+        };
+        while let Some(entry) = self.queue.peek() {
+            let is_here = entry.vertex.tile == PUT_IN || entry.vertex.tile == tile.id();
+            if !is_here {
+                return Ok(Step::Need(entry.vertex.tile));
+            }
+            let Some(entry) = self.queue.pop() else { break };
+            let found = match entry.within {
+                _ if entry.vertex.tile == PUT_IN => self.settle_put_in(&entry),
+                Some(within) => self.settle(ground, &entry, within)?,
+                None => self.settle_source(ground, &entry)?,
+            };
+            if let Some(found) = found {
+                return Ok(Step::Found(found));
+            }
+        }
+        Ok(Step::Done)
+    }
+
+    /// Makes a node of an entry, unless it was one already.
+    fn add(&mut self, entry: &Entry, sector: VertexId) -> Option<u32> {
+        if !self.settled.insert([entry.vertex, sector]) {
+            return None;
+        }
+        self.nodes.push(Node {
+            vertex: entry.vertex,
+            point: entry.point,
+            sector,
+            length: entry.length,
+            parent: entry.parent,
+            within: entry.within,
+        });
+        Some(self.nodes.len() as u32 - 1)
+    }
+
+    fn settle_put_in(&mut self, entry: &Entry) -> Option<u32> {
+        let within = entry.within?;
+        let Within::Sector(index) = within else { return None };
+        let node = self.add(entry, VertexId { tile: PUT_IN, index })?;
+        for link in self.links.get(&entry.vertex).cloned().into_iter().flatten() {
+            if link.within == within {
+                self.reach(None, node, link.to);
+            }
+        }
+        Some(node)
+    }
+
+    /// All free sectors of the source, which is a vertex of the tile: one now, and the others by way of the queue.
+    fn settle_source(&mut self, ground: Ground<'_>, entry: &Entry) -> Result<Option<u32>, String> {
+        let vertex = entry.vertex.index;
+        for wedge in ground.free_wedges(vertex)? {
+            let within = match wedge {
+                Wedge::Triangle(side) => Within::RightOf(ground.tile.vertex(ground.tile.origin(previous(side))).id),
+                Wedge::Outside => Within::Outside,
+            };
+            self.queue.push(Entry {
+                within: Some(within),
+                ..*entry
+            });
+        }
+        Ok(None)
+    }
+
+    fn settle(&mut self, ground: Ground<'_>, entry: &Entry, within: Within) -> Result<Option<u32>, String> {
+        let (id, vertex) = (entry.vertex, entry.vertex.index);
+        let Some(&marks) = ground.marks().of_vertices.get(vertex as usize) else {
+            return Err(format!("there is no vertex {vertex}, but other tiles have it"));
+        };
+        if marks & SINGLE != 0 && self.settled.contains(&[id, id]) {
+            return Ok(None);
+        }
+        let (sector, wedges) = if marks & SINGLE != 0 {
+            (id, ground.free_wedges(vertex)?)
+        } else {
+            sector(ground, vertex, wedge(ground, vertex, within)?)?
+        };
+        let Some(node) = self.add(entry, sector) else {
+            return Ok(None);
+        };
+        for wedge in wedges {
+            let [on_right, on_left] = self.edges(ground, id, wedge)?;
+            self.walk(ground, node, on_left);
+            // Over an open edge, the next wedge has it.
+            if ground.right_of(vertex, wedge)?.is_none() {
+                self.walk(ground, node, on_right);
+            }
+        }
+        for link in self.links.get(&id).cloned().into_iter().flatten() {
+            let is_here = marks & SINGLE != 0
+                || self::sector(ground, vertex, self::wedge(ground, vertex, link.within)?)?.0 == sector;
+            if is_here {
+                self.reach(Some(ground), node, link.to);
+            }
+        }
+        Ok(Some(node))
+    }
+
+    /// Where the edges on the right and on the left of a wedge lead.
+    fn edges(&self, ground: Ground<'_>, at: VertexId, wedge: Wedge) -> Result<[Corner; 2], String> {
+        let ends = ground.neighbours(at.index, wedge)?.map(|end| ground.tile.vertex(end));
+        let withins = match wedge {
+            Wedge::Triangle(_) => [Within::RightOf(at), Within::RightOf(ends[0].id)],
+            Wedge::Outside => [Within::Outside; 2],
+        };
+        Ok([0, 1].map(|i| Corner {
+            vertex: ends[i].id,
+            point: ends[i].point,
+            within: withins[i],
+        }))
+    }
+
+    /// Walks along an edge of the file, if it is still there.
+    fn walk(&mut self, ground: Ground<'_>, node: u32, to: Corner) {
+        if !self.overlay.is_gone([self.nodes[node as usize].vertex, to.vertex]) {
+            self.reach(Some(ground), node, to);
+        }
+    }
+
+    fn reach(&mut self, ground: Option<Ground<'_>>, node: u32, to: Corner) {
+        let from = &self.nodes[node as usize];
+        let length = from.length + distance(from.point, to.point);
+        let at_least = length + self.towards.map_or(0.0, |goal| distance(to.point, goal));
+        if at_least > self.limit {
+            return;
+        }
+        let marks = match ground {
+            Some(ground) if ground.tile.id() == to.vertex.tile => {
+                ground.marks().of_vertices.get(to.vertex.index as usize).copied()
+            }
+            _ => None,
+        };
+        if marks.is_some_and(|marks| marks & SINGLE != 0) {
+            let waiting = self.waiting.entry(to.vertex).or_insert(f64::INFINITY);
+            if *waiting <= length {
+                return;
+            }
+            *waiting = length;
+        }
+        self.queue.push(Entry {
+            length,
+            at_least,
+            vertex: to.vertex,
+            point: to.point,
+            parent: node,
+            within: Some(to.within),
+        });
+    }
+}
+
+/// The wedge of a vertex of the tile that is named by a vertex on its left.
+pub(super) fn wedge(ground: Ground<'_>, vertex: u32, within: Within) -> Result<Wedge, String> {
+    let missing = || format!("vertex {vertex} lacks a triangle that other tiles have");
+    match within {
+        Within::Outside => Ok(Wedge::Outside),
+        Within::Sector(_) => Err(missing()),
+        Within::RightOf(left) => match side_towards(ground.tile, vertex, left)? {
+            Some(back) => Ok(Wedge::Triangle(next(back))),
+            None => Err(missing()),
+        },
+    }
+}
+
+/// The name of the sector of a wedge, and its wedges from the right to the left.
+pub(super) fn sector(ground: Ground<'_>, vertex: u32, wedge: Wedge) -> Result<(VertexId, Vec<Wedge>), String> {
+    let most = ground.tile.triangle_count();
+    let mut first = wedge;
+    let mut is_whole = false;
+    for _ in 0..=most {
+        match ground.right_of(vertex, first)? {
+            Some(right) if right == wedge => {
+                is_whole = true;
+                break;
+            }
+            Some(right) => first = right,
+            None => break,
+        }
+    }
+    let name = if is_whole {
+        vertex
+    } else {
+        ground.neighbours(vertex, first)?[0]
+    };
+    let mut wedges = vec![first];
+    for _ in 0..=most {
+        match ground.left_of(vertex, wedges[wedges.len() - 1])? {
+            Some(left) if left != first => wedges.push(left),
+            _ => return Ok((ground.tile.vertex(name).id, wedges)),
+        }
+    }
+    Err(format!("the star of vertex {vertex} does not close"))
+}

@@ -1,0 +1,170 @@
+//! The search along edges, and its tiles.
+
+use std::sync::Arc;
+
+use super::{EdgeSearch, Node, Overlay, Step};
+use crate::geometry::Point;
+use crate::query::ground::Ground;
+use crate::query::place::Place;
+use crate::query::tiles::Tiles;
+use crate::query::{QueryError, QueryOptions};
+use crate::store::{LineKind, Metadata, Tile, TileReader, VertexId};
+
+/// Nodes after which other tasks have their turn.
+const PAUSE: u32 = 1 << 10;
+
+/// A search along edges and its tiles.
+pub(in crate::query) struct EdgeRun {
+    pub(in crate::query) tiles: Tiles,
+    pub(in crate::query) search: EdgeSearch,
+    tile: Arc<Tile>,
+    pause: u32,
+    /// Whether to fail where there is a break line.
+    refuses: bool,
+}
+
+/// Whether a file has break lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::query) enum BreakLines {
+    No,
+    Yes,
+    /// It does not say which lines it has.
+    Unknown,
+}
+
+impl BreakLines {
+    /// What the directory of a file says.
+    pub(in crate::query) fn of(metadata: &Metadata) -> Self {
+        if metadata.constraint_edges == 0 {
+            return Self::No;
+        }
+        match &metadata.lines[..] {
+            [] => Self::Unknown,
+            lines if lines.iter().any(|of_file| of_file.kind == LineKind::BreakLine) => Self::Yes,
+            _ => Self::No,
+        }
+    }
+}
+
+impl EdgeRun {
+    /// Starts at a free place, for all that is not farther away than `limit`, nearest first.
+    pub(in crate::query) async fn start(tiles: Tiles, source: Place, limit: f64) -> Result<Self, QueryError> {
+        Ok(Self::begin(tiles, source, None, limit).await?.0)
+    }
+
+    /// Starts at a free place, towards another one; returns which vertex that is now.
+    pub(in crate::query) async fn towards(
+        tiles: Tiles,
+        source: Place,
+        target: &Place,
+    ) -> Result<(Self, VertexId), QueryError> {
+        Self::begin(tiles, source, Some(target), f64::INFINITY).await
+    }
+
+    async fn begin(
+        mut tiles: Tiles,
+        source: Place,
+        target: Option<&Place>,
+        limit: f64,
+    ) -> Result<(Self, VertexId), QueryError> {
+        let mut overlay = Overlay::default();
+        let start = overlay.put_in(&mut tiles, &source).await?;
+        let mut end = start;
+        if let Some(target) = target {
+            end = overlay.put_in(&mut tiles, target).await?;
+        }
+        let (outside_is_free, goal) = (tiles.outside_is_free(), target.map(|target| target.point));
+        let search = EdgeSearch::new((start, source.point), overlay, limit, goal, outside_is_free);
+        let tile = tiles.last().await?;
+        let this = Self {
+            tiles,
+            search,
+            tile,
+            pause: PAUSE,
+            refuses: false,
+        };
+        Ok((this, end))
+    }
+
+    /// Starts at a point, which must be free.
+    pub(in crate::query) async fn from_point(
+        reader: &TileReader,
+        at: Point,
+        limit: f64,
+        options: &QueryOptions,
+    ) -> Result<Self, QueryError> {
+        let mut tiles = Tiles::new(reader, options);
+        let source = Place::find_free(&mut tiles, at).await?;
+        Self::start(tiles, source, limit).await
+    }
+
+    /// Fails if the file has break lines, or a tile that is come to shows one: the bound of the CDT distance does not hold then.
+    pub(in crate::query) fn refuse_break_lines(&mut self) -> Result<(), QueryError> {
+        self.refuses = true;
+        match BreakLines::of(self.tiles.metadata()) {
+            BreakLines::Yes => Err(self.tiles.break_lines()),
+            BreakLines::No | BreakLines::Unknown => self.check_tile(),
+        }
+    }
+
+    fn check_tile(&self) -> Result<(), QueryError> {
+        let ground = Ground {
+            tile: &self.tile,
+            outside_is_free: self.tiles.outside_is_free(),
+        };
+        if self.refuses && ground.marks().has_break_lines {
+            return Err(self.tiles.break_lines());
+        }
+        Ok(())
+    }
+
+    /// The next nearest node, by number; none if there is no more.
+    ///
+    /// # Errors
+    /// If a tile cannot be read, or the budget is used up: with the length that all nodes to come have at least.
+    pub(in crate::query) async fn next(&mut self) -> Result<Option<u32>, QueryError> {
+        self.pause -= 1;
+        if self.pause == 0 {
+            self.pause = PAUSE;
+            tokio::task::yield_now().await;
+            self.tiles
+                .check_time()
+                .map_err(|error| error.at_least(self.search.front()))?;
+        }
+        loop {
+            let step = self.search.step(&self.tile);
+            match step.map_err(|reason| self.tiles.damaged(self.tile.id(), reason))? {
+                Step::Found(node) => return Ok(Some(node)),
+                Step::Done => return Ok(None),
+                Step::Need(id) => {
+                    let tile = self.tiles.get(id).await;
+                    self.tile = tile.map_err(|error| error.at_least(self.search.front()))?;
+                    self.check_tile()?;
+                }
+            }
+        }
+    }
+
+    /// The node of a vertex, of the file or put in, if there is a way to it.
+    ///
+    /// # Errors
+    /// As [`next`](Self::next).
+    pub(in crate::query) async fn find(&mut self, vertex: VertexId) -> Result<Option<u32>, QueryError> {
+        while let Some(node) = self.next().await? {
+            if self.search.node(node).vertex == vertex {
+                return Ok(Some(node));
+            }
+        }
+        Ok(None)
+    }
+
+    /// A node that was found.
+    pub(in crate::query) fn node(&self, number: u32) -> &Node {
+        self.search.node(number)
+    }
+
+    /// The tile of the vertex of the file that was found last, with its whole star.
+    pub(in crate::query) fn tile(&self) -> &Arc<Tile> {
+        &self.tile
+    }
+}
