@@ -7,6 +7,8 @@
 //!       │
 //!       ├───────▶ wave ───▶ ground        what can be reached from there, nearest first; where one may walk
 //!       │
+//!       ├───────▶ methods ──▶ edges, visibility     the same by others' methods, to be measured
+//!       │
 //!       └───────▶ route                   the path as it bends, and its proof
 //! ```
 
@@ -14,6 +16,7 @@ mod certify;
 mod edges;
 mod ground;
 mod locate;
+mod methods;
 mod options;
 mod place;
 mod proximity;
@@ -22,12 +25,12 @@ mod star;
 mod straight;
 mod tiles;
 mod triangles_in;
-#[allow(dead_code, reason = "for the methods of the thesis")]
 mod visibility;
 mod wave;
 
 pub use edges::{CdtPath, CdtVertex};
 pub use locate::{Location, TriangleRef};
+pub use methods::{Measured, Method, Statistics, StepTime};
 pub use options::{QueryError, QueryOptions};
 pub use proximity::{Distance, Footing, PathOutcome, SiteFound, VertexFound};
 pub use route::{Bend, Path};

@@ -96,15 +96,15 @@ pub enum PathOutcome {
 /// A wave and its tiles.
 pub(super) struct Run {
     pub(super) tiles: Tiles,
-    wave: Wave,
+    pub(super) wave: Wave,
     tile: Arc<Tile>,
     source: Place,
-    options: QueryOptions,
+    pub(super) options: QueryOptions,
 }
 
 impl Run {
     /// Starts a wave at a free place.
-    async fn start(
+    pub(super) async fn start(
         mut tiles: Tiles,
         source: Place,
         goal: Goal,
@@ -123,7 +123,7 @@ impl Run {
     }
 
     /// Starts a wave at a point, which must be free.
-    async fn from_point(
+    pub(super) async fn from_point(
         reader: &TileReader,
         at: Point,
         goal: Goal,
@@ -143,7 +143,7 @@ impl Run {
     }
 
     /// The next thing that is found.
-    async fn next(&mut self) -> Result<Option<Found>, QueryError> {
+    pub(super) async fn next(&mut self) -> Result<Option<Found>, QueryError> {
         loop {
             let step = self.wave.step(&self.tile);
             let went_on = match step.map_err(|reason| self.tiles.damaged(self.tile.id(), reason))? {
@@ -160,7 +160,7 @@ impl Run {
     }
 
     /// The way to what was found.
-    async fn path(&mut self, found: &Found, to: &Place) -> Result<Path, QueryError> {
+    pub(super) async fn path(&mut self, found: &Found, to: &Place) -> Result<Path, QueryError> {
         let mut way = self.wave.way(found.root);
         way.push((to.point, to.vertex()));
         let ends = [&self.source, to];
@@ -168,7 +168,7 @@ impl Run {
         path.map_err(|error| error.at_least(found.length))
     }
 
-    fn legs(&self, found: &Found) -> usize {
+    pub(super) fn legs(&self, found: &Found) -> usize {
         self.wave.way(found.root).len()
     }
 }

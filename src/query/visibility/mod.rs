@@ -23,7 +23,7 @@ use foldhash::HashMap;
 use super::route::WayPoint;
 use super::wave::distance;
 use crate::geometry::{Orientation, Point, orient2d};
-pub(super) use search::{Found, Search};
+pub(super) use search::Search;
 
 /// No node, or no ray.
 const NONE: u32 = u32::MAX;
@@ -91,10 +91,6 @@ impl LocalGraph {
 
     pub(super) fn node_count(&self) -> usize {
         self.nodes.len()
-    }
-
-    pub(super) fn edge_count(&self) -> usize {
-        self.edges.len()
     }
 
     /// A node's point, and its vertex.

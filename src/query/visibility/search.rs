@@ -174,13 +174,6 @@ impl<'g> Search<'g> {
         way
     }
 
-    /// How many straight legs the way to a target has.
-    pub(in crate::query) fn legs(&self, found: &Found) -> usize {
-        let before = |&turn: &u32| Some(self.turns[turn as usize].before).filter(|&turn| turn != NONE);
-        let turn = Some(found.turn).filter(|&turn| turn != NONE);
-        1 + std::iter::successors(turn, before).count()
-    }
-
     fn settle(&mut self, turn: u32, length: f64) {
         let node = turn / 2;
         let sector = self.sectors[node as usize];
