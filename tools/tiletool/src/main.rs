@@ -7,6 +7,8 @@ mod common;
 mod compact;
 mod constrain;
 mod digest;
+#[allow(dead_code, reason = "its experiments come one by one")]
+mod experiment;
 mod export;
 mod generate;
 mod input_args;
@@ -50,6 +52,8 @@ enum Command {
     Generate(generate::GenerateArgs),
     Query(query::QueryArgs),
     Bench(bench::BenchArgs),
+    #[command(hide = true)]
+    Experiment(experiment::ExperimentArgs),
 }
 
 fn main() -> ExitCode {
@@ -64,6 +68,7 @@ fn main() -> ExitCode {
         Command::Generate(args) => generate::run(args),
         Command::Query(args) => query::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::Experiment(args) => experiment::run(args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

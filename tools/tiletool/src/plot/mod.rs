@@ -4,6 +4,8 @@
 //! a large one, which no picture could show and which may exceed memory, the triangulation of a sample of its vertices.
 
 mod axis;
+#[allow(dead_code, reason = "the experiments that draw charts come one by one")]
+pub mod chart;
 mod map;
 mod page;
 mod png;
@@ -34,6 +36,15 @@ pub struct PlotFile {
 enum Kind {
     Svg,
     Png,
+}
+
+impl Kind {
+    fn encode(self, svg: String) -> anyhow::Result<Vec<u8>> {
+        match self {
+            Self::Svg => Ok(svg.into_bytes()),
+            Self::Png => png::render(&svg),
+        }
+    }
 }
 
 impl PlotFile {
@@ -89,10 +100,7 @@ pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotte
         .unwrap_or_default()
         .to_string_lossy();
     let svg = map::draw(&name, directory, &scene, &page);
-    let picture = match file.kind {
-        Kind::Svg => svg.into_bytes(),
-        Kind::Png => png::render(&svg)?,
-    };
+    let picture = file.kind.encode(svg)?;
     write(&file.path, &picture).with_context(|| format!("{}: cannot write the map", file.path.display()))?;
     Ok(Plotted {
         file: file.path.display().to_string(),
@@ -106,8 +114,14 @@ pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotte
     })
 }
 
+/// The bytes of a picture whose name ends in `.svg` or `.png`.
+pub fn encode(name: &Path, svg: String) -> anyhow::Result<Vec<u8>> {
+    let file = PlotFile::new(name.to_owned()).map_err(anyhow::Error::msg)?;
+    file.kind.encode(svg)
+}
+
 /// Writes a file that appears under its name when it is complete.
-fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+pub fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let mut name = OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
     name.push(format!(".{}.partial", std::process::id()));

@@ -1,0 +1,132 @@
+//! The folder that an experiment fills, and a place for what it needs in the meantime.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use tempfile::TempDir;
+
+use crate::common;
+use crate::plot;
+
+/// Where an experiment's results go.
+pub struct Folder {
+    path: PathBuf,
+    /// Removed with everything in it when the experiment is over, however it ends.
+    scratch: TempDir,
+    results: Vec<(String, Vec<u8>)>,
+}
+
+impl Folder {
+    /// Makes the folder if it is not there.
+    ///
+    /// Fails if it cannot be, is something else, or cannot be written to: before anything is measured.
+    pub fn create(path: &Path) -> anyhow::Result<Self> {
+        let shown = path.display();
+        if path.exists() && !path.is_dir() {
+            bail!("{shown} is not a folder; -o names the folder for the results");
+        }
+        fs::create_dir_all(path).with_context(|| format!("{shown}: cannot make the folder for the results"))?;
+        let scratch = tempfile::Builder::new()
+            .prefix(".experiment-")
+            .tempdir_in(path)
+            .with_context(|| format!("{shown}: cannot write into the folder for the results"))?;
+        Ok(Self {
+            path: path.to_owned(),
+            scratch,
+            results: Vec::new(),
+        })
+    }
+
+    /// A place for files that nobody needs afterwards.
+    pub fn scratch(&self) -> &Path {
+        self.scratch.path()
+    }
+
+    /// Fails if fewer bytes than these are free on the disk. Where the system does not tell, it is left to the writing.
+    pub fn require(&self, bytes: u64) -> anyhow::Result<()> {
+        let Ok(room) = rustix::fs::statvfs(self.scratch()) else {
+            return Ok(());
+        };
+        let free = room.f_bavail.saturating_mul(room.f_frsize);
+        if free < bytes {
+            bail!(
+                "{}: the experiment needs about {} of disk, and {} are free there; take smaller sizes or another folder",
+                self.path.display(),
+                common::bytes(bytes),
+                common::bytes(free)
+            );
+        }
+        Ok(())
+    }
+
+    /// Keeps a file to be written at the end.
+    pub fn keep(&mut self, name: &str, bytes: impl Into<Vec<u8>>) {
+        self.results.push((name.to_owned(), bytes.into()));
+    }
+
+    /// Keeps a picture to be written at the end, as its name ends: `.svg` or `.png`.
+    pub fn keep_picture(&mut self, name: &str, svg: String) -> anyhow::Result<()> {
+        let picture = plot::encode(Path::new(name), svg)?;
+        self.keep(name, picture);
+        Ok(())
+    }
+
+    /// Writes what was kept, each file complete or not at all, in the order in which it came. Returns their names.
+    pub fn publish(self) -> anyhow::Result<Vec<PathBuf>> {
+        let mut written = Vec::new();
+        for (name, bytes) in &self.results {
+            let path = self.path.join(name);
+            plot::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
+            written.push(path);
+        }
+        Ok(written)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(path: &Path) -> Vec<String> {
+        let entries = fs::read_dir(path).unwrap();
+        let mut names: Vec<String> = entries
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn results_come_at_the_end_and_nothing_else_stays() {
+        let outer = tempfile::tempdir().unwrap();
+        let path = outer.path().join("a/b");
+        let mut folder = Folder::create(&path).unwrap();
+        fs::write(folder.scratch().join("large"), "x").unwrap();
+        folder.keep("t.csv", "1\n");
+        assert_eq!(names(&path).len(), 1);
+        folder.publish().unwrap();
+        assert_eq!(names(&path), ["t.csv"]);
+        assert_eq!(fs::read(path.join("t.csv")).unwrap(), b"1\n");
+
+        let mut folder = Folder::create(&path).unwrap();
+        folder.keep("t.csv", "2\n");
+        drop(folder);
+        assert_eq!(names(&path), ["t.csv"]);
+        assert_eq!(fs::read(path.join("t.csv")).unwrap(), b"1\n");
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_is_told() {
+        let outer = tempfile::tempdir().unwrap();
+        let file = outer.path().join("file");
+        fs::write(&file, "").unwrap();
+        let error = Folder::create(&file).err().unwrap();
+        assert!(error.to_string().contains("is not a folder"), "{error}");
+        assert!(Folder::create(&file.join("below")).is_err());
+        let folder = Folder::create(outer.path()).unwrap();
+        folder.require(1).unwrap();
+        let error = folder.require(u64::MAX).unwrap_err();
+        assert!(error.to_string().contains("of disk"), "{error}");
+    }
+}
