@@ -15,6 +15,8 @@ mod local;
 mod nearby;
 mod obstacles;
 mod statistics;
+#[cfg(test)]
+mod tests;
 mod visibility;
 mod wave;
 mod xia;
