@@ -6,12 +6,14 @@
 //! ```text
 //!   build ────▶ child ──▶ peer       whole processes, measured from outside
 //!   stretch                          two distances for the same pairs of vertices
+//!   queries                          several methods for the same queries
 //!     │
 //!     └──▶ table, plot::chart ──▶ folder
 //! ```
 
 mod folder;
 mod machine;
+mod queries;
 mod table;
 
 use clap::{Args, Subcommand};
@@ -24,9 +26,13 @@ pub struct ExperimentArgs {
 }
 
 #[derive(Subcommand, Clone, Debug)]
-enum Command {}
+enum Command {
+    Queries(queries::QueriesArgs),
+}
 
 /// Measures.
 pub fn run(args: ExperimentArgs) -> anyhow::Result<()> {
-    match args.command {}
+    match args.command {
+        Command::Queries(args) => queries::run(args),
+    }
 }
