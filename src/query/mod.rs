@@ -7,6 +7,8 @@
 //!       │
 //!       ├───────▶ wave ───▶ ground        what can be reached from there, nearest first; where one may walk
 //!       │
+//!       ├───────▶ methods ──▶ edges, visibility     the same by others' methods, to be measured
+//!       │
 //!       └───────▶ route                   the path as it bends, and its proof
 //! ```
 
@@ -18,6 +20,7 @@ mod explored;
 mod ground;
 mod locate;
 mod matrix;
+mod methods;
 mod options;
 mod place;
 mod proximity;
@@ -26,6 +29,7 @@ mod star;
 mod straight;
 mod tiles;
 mod triangles_in;
+mod visibility;
 mod wave;
 
 pub use along::{AlongInterval, SiteAlong};
@@ -34,6 +38,7 @@ pub use edges::{CdtPath, CdtVertex};
 pub use explored::Explored;
 pub use locate::{Location, TriangleRef};
 pub use matrix::{DistanceOutcome, PairDistance};
+pub use methods::{Measured, Method, Statistics, StepTime};
 pub use options::{QueryError, QueryOptions};
 pub use proximity::{Distance, Footing, PathOutcome, SiteFound, VertexFound};
 pub use route::{Bend, Path};

@@ -96,10 +96,10 @@ pub enum PathOutcome {
 /// A wave and its tiles.
 pub(super) struct Run {
     pub(super) tiles: Tiles,
-    wave: Wave,
+    pub(super) wave: Wave,
     tile: Arc<Tile>,
     source: Place,
-    options: QueryOptions,
+    pub(super) options: QueryOptions,
 }
 
 impl Run {
@@ -198,7 +198,7 @@ impl Run {
     }
 
     /// The way to what was found.
-    async fn path(&mut self, found: &Found, to: &Place) -> Result<Path, QueryError> {
+    pub(super) async fn path(&mut self, found: &Found, to: &Place) -> Result<Path, QueryError> {
         let mut way = self.wave.way(found.root);
         way.push((to.point, to.vertex()));
         let ends = [&self.source, to];

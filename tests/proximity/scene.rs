@@ -41,6 +41,96 @@ pub fn block([x, y]: [i32; 2], [width, height]: [i32; 2]) -> Line {
     )
 }
 
+/// Scenes with names, of what is hard.
+pub fn by_hand() -> Vec<(&'static str, Scene)> {
+    let spiral = wall(&[(1, 1), (9, 1), (9, 9), (2, 9), (2, 3), (7, 3), (7, 7), (4, 7), (4, 5)]);
+    let comb = (0..5).map(|i| {
+        wall(&[
+            (1 + 2 * i, if i % 2 == 0 { 0 } else { 2 }),
+            (1 + 2 * i, if i % 2 == 0 { 8 } else { 10 }),
+        ])
+    });
+    vec![
+        ("nothing in the way", Scene::in_room(10, vec![])),
+        ("one wall", Scene::in_room(10, vec![wall(&[(5, 2), (5, 8)])])),
+        ("a spiral", Scene::in_room(10, vec![spiral.clone()])),
+        ("a spiral on a grid", Scene::on_grid(11, 11, vec![spiral])),
+        ("a comb", Scene::in_room(10, comb.clone().collect())),
+        ("a comb on a grid", Scene::on_grid(11, 11, comb.collect())),
+        (
+            "walls through from hull to hull",
+            Scene::in_room(10, vec![wall(&[(5, 0), (5, 10)]), wall(&[(0, 5), (10, 5)])]),
+        ),
+        (
+            "touching corners",
+            Scene::on_grid(
+                9,
+                9,
+                vec![block([1, 1], [3, 3]), block([4, 4], [3, 3]), block([1, 4], [3, 3])],
+            ),
+        ),
+        (
+            "shared walls",
+            Scene::on_grid(
+                9,
+                9,
+                vec![block([1, 2], [3, 3]), block([4, 2], [2, 5]), block([6, 3], [1, 2])],
+            ),
+        ),
+        (
+            "tees",
+            Scene::on_grid(
+                9,
+                9,
+                vec![
+                    wall(&[(1, 4), (7, 4)]),
+                    wall(&[(4, 4), (4, 8)]),
+                    wall(&[(2, 4), (2, 1)]),
+                ],
+            ),
+        ),
+        (
+            "the island is the hull",
+            Scene {
+                lines: vec![block([0, 0], [6, 4])],
+                ..Scene::default()
+            },
+        ),
+        (
+            "the island is a hull of many points",
+            Scene::on_grid(5, 5, vec![block([0, 0], [4, 4])]),
+        ),
+        (
+            "walls on the hull",
+            Scene::on_grid(5, 5, vec![wall(&[(0, 0), (4, 0), (4, 4), (1, 4)])]),
+        ),
+        (
+            "a closed wall",
+            Scene::on_grid(9, 9, vec![wall(&[(2, 2), (6, 2), (6, 6), (2, 6), (2, 2)])]),
+        ),
+        (
+            "a lake with an island",
+            Scene::on_grid(
+                9,
+                9,
+                vec![
+                    block([1, 1], [7, 7]),
+                    line(LineKind::Obstacle, &[(2, 2), (2, 6), (6, 6), (6, 2), (2, 2)]),
+                    block([3, 3], [1, 1]),
+                ],
+            ),
+        ),
+        (
+            "a wall into a corner",
+            Scene::on_grid(
+                7,
+                7,
+                vec![block([2, 2], [2, 2]), wall(&[(4, 4), (6, 6)]), wall(&[(2, 2), (0, 0)])],
+            ),
+        ),
+    ]
+}
+
 impl Scene {
     /// All points of a grid, so that lines along it may cross there.
     pub fn on_grid(width: i32, height: i32, lines: Vec<Line>) -> Self {

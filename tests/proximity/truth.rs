@@ -18,7 +18,7 @@ use crate::support::{Scratch, runtime};
 use crate::{is_near, walk};
 
 /// Builds from a PSLG of walls with hole points.
-async fn build(file: &Path, options: BuildOptions) -> (Scratch, TileReader) {
+pub async fn build(file: &Path, options: BuildOptions) -> (Scratch, TileReader) {
     let scratch = Scratch::new();
     let mut builder = Builder::new(&scratch.path, options).unwrap();
     let mut batch = SegmentBatch::default();
@@ -38,20 +38,20 @@ async fn build(file: &Path, options: BuildOptions) -> (Scratch, TileReader) {
 }
 
 /// The numbers of a table with a header.
-fn rows(text: &str) -> Vec<Vec<f64>> {
+pub fn rows(text: &str) -> Vec<Vec<f64>> {
     let rows = text.lines().skip(1);
     rows.map(|row| row.split(',').map(|cell| cell.parse().unwrap()).collect())
         .collect()
 }
 
-fn unzipped(path: PathBuf) -> io::Result<String> {
+pub fn unzipped(path: PathBuf) -> io::Result<String> {
     let mut text = String::new();
     GzDecoder::new(BufReader::new(File::open(path)?)).read_to_string(&mut text)?;
     Ok(text)
 }
 
 /// Whether a length is the one that was printed with six digits.
-fn is_printed(length: f64, printed: f64) -> bool {
+pub fn is_printed(length: f64, printed: f64) -> bool {
     let digits = 5 - printed.log10().floor() as i32;
     let scale = 10f64.powi(digits);
     (length * scale).round() == (printed * scale).round()

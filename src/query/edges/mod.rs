@@ -35,11 +35,11 @@ use super::star::{next, previous, side_towards};
 use super::wave::distance;
 use crate::geometry::Point;
 use crate::store::{Tile, TileId, VertexId};
-pub(super) use corner::Within;
-use corner::{Corner, PUT_IN};
+use corner::PUT_IN;
+pub(super) use corner::{Corner, Within};
 pub use distances::{CdtPath, CdtVertex};
 use overlay::{Link, Overlay};
-pub(super) use run::EdgeRun;
+pub(super) use run::{BreakLines, EdgeRun};
 
 /// In place of a node, where the source has none.
 pub(super) const NO_NODE: u32 = u32::MAX;
@@ -157,6 +157,25 @@ impl EdgeSearch {
                 .extend((0..sectors).map(|sector| start(Some(Within::Sector(sector))))),
             None => this.queue.push(start(None)),
         }
+        this
+    }
+
+    /// A search from a vertex in some of its wedges.
+    fn from_corners(corners: &[Corner], outside_is_free: bool) -> Self {
+        let nowhere = VertexId { tile: PUT_IN, index: 0 };
+        let source = corners
+            .first()
+            .map_or((nowhere, Point::default()), |corner| (corner.vertex, corner.point));
+        let mut this = Self::new(source, Overlay::default(), f64::INFINITY, None, outside_is_free);
+        this.queue.clear();
+        this.queue.extend(corners.iter().map(|corner| Entry {
+            length: 0.0,
+            at_least: 0.0,
+            vertex: corner.vertex,
+            point: corner.point,
+            parent: NO_NODE,
+            within: Some(corner.within),
+        }));
         this
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{EdgeSearch, Node, Overlay, Step};
+use super::{Corner, EdgeSearch, Node, Overlay, Step};
 use crate::geometry::Point;
 use crate::query::ground::Ground;
 use crate::query::place::Place;
@@ -59,6 +59,19 @@ impl EdgeRun {
         target: &Place,
     ) -> Result<(Self, VertexId), QueryError> {
         Self::begin(tiles, source, Some(target), f64::INFINITY).await
+    }
+
+    /// Starts at a vertex in some of its wedges.
+    pub(in crate::query) async fn from_corners(mut tiles: Tiles, corners: &[Corner]) -> Result<Self, QueryError> {
+        let search = EdgeSearch::from_corners(corners, tiles.outside_is_free());
+        let tile = tiles.last().await?;
+        Ok(Self {
+            tiles,
+            search,
+            tile,
+            pause: PAUSE,
+            refuses: false,
+        })
     }
 
     async fn begin(

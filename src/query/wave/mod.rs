@@ -186,6 +186,17 @@ impl Wave {
         self.roots.get(root as usize).and_then(|root| root.vertex)
     }
 
+    /// The vertices that it came to.
+    pub(super) fn reached(&self) -> impl Iterator<Item = VertexId> {
+        let reached = self.seen.iter().filter(|(_, seen)| seen.marks.is_some());
+        reached.map(|(&vertex, _)| vertex)
+    }
+
+    /// How many points it spread from.
+    pub(super) fn root_count(&self) -> usize {
+        self.roots.len()
+    }
+
     /// Goes on in a tile, or says which it needs; an error says how the tile contradicts itself or others.
     pub(super) fn step(&mut self, tile: &Tile) -> Result<Step, String> {
         self.pause = PAUSE;

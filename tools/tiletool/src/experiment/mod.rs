@@ -6,6 +6,7 @@
 //! ```text
 //!   build ────▶ child ──▶ peer       whole processes, measured from outside
 //!   stretch                          two distances for the same pairs of vertices
+//!   queries                          several methods for the same queries
 //!     │
 //!     └──▶ table, plot::chart ──▶ folder
 //! ```
@@ -16,6 +17,7 @@ mod folder;
 mod limit;
 mod machine;
 mod peer;
+mod queries;
 mod stretch;
 mod table;
 
@@ -33,6 +35,7 @@ pub struct ExperimentArgs {
 enum Command {
     Build(build::BuildExperimentArgs),
     Stretch(stretch::StretchArgs),
+    Queries(queries::QueriesArgs),
     #[command(hide = true)]
     Peer(peer::PeerArgs),
 }
@@ -68,5 +71,6 @@ pub fn run(args: ExperimentArgs) -> anyhow::Result<()> {
         Command::Build(args) => build::run(args),
         Command::Stretch(args) => stretch::run(args),
         Command::Peer(args) => peer::run(args),
+        Command::Queries(args) => queries::run(args),
     }
 }

@@ -1,7 +1,7 @@
 //! What a query comes to, as far as it is printed.
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{Location, Near, Path, QueryError, SiteFound};
+use delaunay_tiles::query::{Location, Near, Path, QueryError, SiteFound, Statistics};
 use delaunay_tiles::store::VertexId;
 
 use super::batch::Question;
@@ -44,6 +44,8 @@ pub struct Answer {
     pub question: Question,
     pub status: Status,
     pub found: Found,
+    /// What it cost, if that was measured.
+    pub statistics: Option<Statistics>,
 }
 
 /// What was found.

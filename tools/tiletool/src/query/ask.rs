@@ -50,6 +50,7 @@ impl Ask {
             question,
             status,
             found,
+            statistics: None,
         })
     }
 

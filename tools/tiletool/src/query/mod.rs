@@ -4,6 +4,7 @@ mod answer;
 mod ask;
 mod batch;
 mod matrix;
+mod method;
 mod print;
 
 use std::path::PathBuf;
@@ -20,6 +21,7 @@ use futures::{StreamExt, TryStreamExt, stream};
 use crate::common::{self, thousands};
 use ask::Ask;
 use batch::Question;
+use method::{Measure, MethodArgs};
 use print::{Format, Printer};
 
 /// Ask a tile file what is where, what is near, and how to get there among obstacles.
@@ -82,6 +84,8 @@ struct KnnArgs {
     /// How many
     #[arg(short, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
     k: u32,
+    #[command(flatten)]
+    method: MethodArgs,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -91,6 +95,8 @@ struct RangeArgs {
     /// How far away they are at most
     #[arg(long, value_name = "DISTANCE", value_parser = batch::radius)]
     radius: f64,
+    #[command(flatten)]
+    method: MethodArgs,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -103,6 +109,8 @@ struct PathArgs {
     /// Where it ends
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = batch::point, requires = "from")]
     to: Option<Point>,
+    #[command(flatten)]
+    method: MethodArgs,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -187,6 +195,19 @@ impl QueryCommand {
     }
 }
 
+impl QueryCommand {
+    /// By which method, if that is asked for or what it costs.
+    fn measure(&self) -> Option<Measure> {
+        match self {
+            Self::Knn(KnnArgs { method, places, .. }) | Self::Range(RangeArgs { method, places, .. }) => {
+                method.measure(places.common.stats)
+            }
+            Self::Path(PathArgs { method, common, .. }) => method.measure(common.stats),
+            Self::Locate(_) | Self::Nearest(_) | Self::Matrix(_) => None,
+        }
+    }
+}
+
 impl CommonArgs {
     fn options(&self, format: Format) -> QueryOptions {
         let mut options = QueryOptions::default();
@@ -210,6 +231,7 @@ pub fn run(args: QueryArgs) -> anyhow::Result<()> {
     if let QueryCommand::Matrix(args) = &args.command {
         return matrix::run(args);
     }
+    let measure = args.command.measure();
     let (ask, mut questions, common) = args.command.parts();
     if let Some(path) = &common.batch {
         questions.extend(batch::read(path, ask == Ask::Path)?);
@@ -219,11 +241,16 @@ pub fn run(args: QueryArgs) -> anyhow::Result<()> {
             _ => bail!("no point is asked for; give --at X,Y, or --batch FILE.csv"),
         }
     }
-    common::block_on(answer_all(ask, questions, common))
+    common::block_on(answer_all(ask, measure, questions, common))
 }
 
 /// Answers in parallel, and prints in order.
-async fn answer_all(ask: Ask, questions: Vec<Question>, args: &CommonArgs) -> anyhow::Result<()> {
+async fn answer_all(
+    ask: Ask,
+    measure: Option<Measure>,
+    questions: Vec<Question>,
+    args: &CommonArgs,
+) -> anyhow::Result<()> {
     let cache = Cache::new(usize::try_from(args.cache.as_u64()).unwrap_or(usize::MAX));
     let reader = TileReader::open(&args.file, OpenOptions::default().cache(&cache)).await?;
     let format = args.format.format();
@@ -234,13 +261,21 @@ async fn answer_all(ask: Ask, questions: Vec<Question>, args: &CommonArgs) -> an
     let count = questions.len();
     let answers = stream::iter(questions).map(|question| {
         let (reader, options) = (reader.clone(), options.clone());
-        let task = tokio::spawn(async move { ask.answer(&reader, question, options).await });
+        let task = tokio::spawn(async move {
+            match measure {
+                Some(measure) => measure.answer(ask, &reader, question, options).await,
+                None => ask.answer(&reader, question, options).await,
+            }
+        });
         async move { task.await.context("a query broke down")? }
     });
     let mut answers = answers.buffered(at_once);
     let mut printer = Printer::new(format, ask)?;
     while let Some(answer) = answers.try_next().await? {
         printer.print(&answer)?;
+        if let (Some(statistics), true) = (&answer.statistics, format != Format::Json) {
+            eprintln!("{}", method::line(statistics));
+        }
     }
     printer.finish()?;
     if args.stats {

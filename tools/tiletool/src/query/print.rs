@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use super::answer::{Answer, Found, Status, name, spot};
 use super::ask::Ask;
 use super::batch::Question;
+use super::method;
 
 /// How answers are printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -240,6 +241,9 @@ fn items<'a>(answer: &'a Answer) -> Vec<(Value, Option<Point>, Option<&'a Path>)
 
 fn object(answer: &Answer) -> Value {
     let mut value = head(answer);
+    if let Some(statistics) = &answer.statistics {
+        value["statistics"] = method::object(statistics);
+    }
     let items = items(answer).into_iter().map(|(mut item, _, path)| {
         if let Some(path) = path {
             item["path"] = path_value(path);

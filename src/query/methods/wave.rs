@@ -1,0 +1,109 @@
+//! The wave, measured as the others are.
+
+use std::sync::Arc;
+
+use foldhash::{HashMap, HashMapExt, HashSet, HashSetExt};
+
+use super::obstacles::edges_at;
+use super::statistics::{Clock, Statistics};
+use super::{Measured, Wanted};
+use crate::geometry::Point;
+use crate::query::ground::Ground;
+use crate::query::place::Place;
+use crate::query::proximity::{Distance, PathOutcome, Run, SiteFound};
+use crate::query::tiles::Tiles;
+use crate::query::wave::{Goal, Places, What};
+use crate::query::{QueryError, QueryOptions};
+use crate::store::{Tile, TileId, TileReader};
+
+/// What a run has cost.
+async fn cost(reader: &TileReader, run: &Run, clock: Clock, candidates: usize) -> Result<Statistics, QueryError> {
+    let mut statistics = Statistics {
+        candidates: candidates as u64,
+        nodes_swept: run.wave.root_count() as u64,
+        rounds: 1,
+        tiles: run.tiles.read_count(),
+        times: clock.times,
+        ..Statistics::default()
+    };
+    // Looked up behind the clock's back: the wave itself has no use for it.
+    let mut tiles: HashMap<TileId, Arc<Tile>> = HashMap::new();
+    let mut edges = HashSet::new();
+    for vertex in run.wave.reached() {
+        let tile = match tiles.get(&vertex.tile) {
+            Some(tile) => tile,
+            None => {
+                let tile = reader.tile(vertex.tile).await?;
+                tiles.entry(vertex.tile).or_insert(tile)
+            }
+        };
+        let ground = Ground {
+            tile,
+            outside_is_free: run.tiles.outside_is_free(),
+        };
+        let found = edges_at(ground, vertex.index, |edge| {
+            edges.insert(edge.key());
+        });
+        found.map_err(|reason| run.tiles.damaged(vertex.tile, reason))?;
+    }
+    statistics.edges_considered = edges.len() as u64;
+    Ok(statistics)
+}
+
+/// The nearest sites, or those within a radius.
+pub(super) async fn sites(
+    reader: &TileReader,
+    at: Point,
+    wanted: Wanted,
+    options: QueryOptions,
+) -> Result<Measured<Vec<SiteFound>>, QueryError> {
+    let mut clock = Clock::start();
+    let mut run = Run::from_point(reader, at, Goal::Sites, wanted.limit(), options).await?;
+    clock.lap("locate");
+    let mut answer = Vec::new();
+    while answer.len() < wanted.count() {
+        let Some(found) = run.next().await? else { break };
+        let What::Site { number, id, vertex } = found.what.clone() else {
+            continue;
+        };
+        let mut site = SiteFound {
+            number,
+            id,
+            vertex,
+            distance: Distance::of_legs(found.length, run.legs(&found)),
+            path: None,
+        };
+        if run.options.paths {
+            clock.lap("wave");
+            site.path = Some(run.path(&found, &Place::at(vertex)).await?);
+            clock.lap("paths");
+        }
+        answer.push(site);
+    }
+    clock.lap("wave");
+    let statistics = cost(reader, &run, clock, answer.len()).await?;
+    Ok(Measured { answer, statistics })
+}
+
+/// The shortest path to a target.
+pub(super) async fn path(
+    reader: &TileReader,
+    places: [Place; 2],
+    tiles: Tiles,
+    clock: Clock,
+    options: QueryOptions,
+) -> Result<Measured<PathOutcome>, QueryError> {
+    let mut clock = clock;
+    let [from, to] = places;
+    let goal = Goal::Places(Places::new([&to]));
+    let mut run = Run::start(tiles, from, goal, f64::INFINITY, options).await?;
+    let found = run.next().await?;
+    clock.lap("wave");
+    let answer = match found {
+        Some(found) => PathOutcome::Found(run.path(&found, &to).await?),
+        None => PathOutcome::Unreachable,
+    };
+    clock.lap("paths");
+    let statistics = cost(reader, &run, clock, 1).await?;
+    Ok(Measured { answer, statistics })
+}

@@ -1,0 +1,273 @@
+//! The promise: the method of the thesis and those that it compares with say what the wave says.
+
+use delaunay_tiles::build::BuildOptions;
+use delaunay_tiles::geometry::Point;
+use delaunay_tiles::query::{Method, PathOutcome, QueryError, QueryOptions, SiteFound};
+use delaunay_tiles::store::{LineKind, TileReader};
+use futures::TryStreamExt;
+use proptest::prelude::*;
+
+use crate::scene::{self, Scene, at, block, line, wall};
+use crate::support::oracle::Walk;
+use crate::support::places::{data, shared};
+use crate::support::{Random, runtime};
+use crate::truth::{self, is_printed, rows, unzipped};
+use crate::{is_near, same};
+
+const THESIS: Method = Method::Visibility {
+    stretch: Method::STRETCH,
+};
+const METHODS: [Method; 4] = [THESIS, Method::EuclidZhang, Method::EuclidXia, Method::Wave];
+
+async fn walk(reader: &TileReader, method: Method, from: Point, to: Point) -> Walk {
+    let options = QueryOptions::default().certified();
+    let measured = reader.shortest_path_by(method, from, to, options).await.unwrap();
+    match measured.answer {
+        PathOutcome::Found(path) => {
+            let legs = path.points.windows(2);
+            let length: f64 = legs.map(|leg| (leg[1].x - leg[0].x).hypot(leg[1].y - leg[0].y)).sum();
+            assert!(is_near(length, path.distance.value) || length == 0.0, "{path:?}");
+            assert!(path.is_certified);
+            assert_eq!((path.points.first(), path.points.last()), (Some(&from), Some(&to)));
+            Walk::Length(path.distance.value)
+        }
+        PathOutcome::Unreachable => Walk::Unreachable,
+        PathOutcome::InsideObstacle { .. } => Walk::Inside,
+    }
+}
+
+/// Whether the sites that were found are the first of these, but for the order of those that are equally far.
+fn are_first(found: &[SiteFound], all: &[SiteFound], count: usize) -> bool {
+    found.len() == count.min(all.len())
+        && found.iter().zip(all).all(|(found, expected)| {
+            let same = all.iter().find(|site| site.number == found.number);
+            is_near(found.distance.value, expected.distance.value)
+                && same.is_some_and(|same| is_near(found.distance.value, same.distance.value))
+                && found.path.as_ref().is_some_and(|path| path.is_certified)
+        })
+}
+
+async fn compare(scene: &Scene, count: usize, tile_vertices: usize) {
+    let (_scratch, reader) = scene.build(tile_vertices).await;
+    let mut random = Random(count as u64 + scene.lines.len() as u64);
+    let targets = scene.targets(&mut random, count);
+    let options = QueryOptions::default().certified();
+    for &from in &targets[..count.div_ceil(2)] {
+        let all = reader
+            .nearest_sites(from, options.clone())
+            .try_collect::<Vec<_>>()
+            .await;
+        for method in METHODS {
+            let told = || format!("{method:?} from {from:?} in {scene:?}");
+            for k in [1, 3, scene.sites.len() + 1] {
+                let found = reader.nearest_sites_by(method, from, k, options.clone()).await;
+                match (&all, found) {
+                    (Ok(all), Ok(found)) => {
+                        assert!(
+                            are_first(&found.answer, all, k),
+                            "{k} nearest, {}: {found:?}, not {all:?}",
+                            told()
+                        );
+                    }
+                    (Err(QueryError::InsideObstacle { .. }), Err(QueryError::InsideObstacle { .. })) => {}
+                    (expected, found) => panic!("{}: {found:?}, not {expected:?}", told()),
+                }
+            }
+            if let Ok(all) = &all
+                && let Some(middle) = all.get(all.len() / 2)
+            {
+                // No site lies so near to the limit that rounding decides.
+                let radius = 1.000_001 * middle.distance.value;
+                let within = all.iter().filter(|site| site.distance.value <= radius).count();
+                let found = reader
+                    .sites_within_by(method, from, radius, options.clone())
+                    .await
+                    .unwrap();
+                assert!(
+                    are_first(&found.answer, &all[..within], usize::MAX),
+                    "within {radius}, {}: {found:?}",
+                    told()
+                );
+            }
+        }
+        for &to in &targets {
+            let expected = crate::walk(&reader, from, to).await;
+            for method in METHODS {
+                let found = walk(&reader, method, from, to).await;
+                assert!(
+                    same(found, expected),
+                    "{method:?} from {from:?} to {to:?}: {found:?}, not {expected:?} in {scene:?}"
+                );
+            }
+        }
+    }
+}
+
+fn check(scene: &Scene, count: usize, tile_vertices: usize) {
+    runtime().block_on(compare(scene, count, tile_vertices));
+}
+
+#[test]
+fn scenes_by_hand() {
+    for (name, mut scene) in scene::by_hand() {
+        println!("{name}");
+        scene.sites = [(0, 0), (4, 4), (2, 3), (4, 2), (4, 4), (6, 0), (0, 4)]
+            .map(|(x, y)| at(x, y))
+            .to_vec();
+        check(&scene, 10, 20);
+        scene.exterior_is_hole = true;
+        check(&scene, 6, 1 << 16);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 30, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
+
+    #[test]
+    fn blocks_and_walls_on_grids(
+        rectangles in prop::collection::vec((0i32..7, 0i32..7, 1i32..4, 1i32..4, any::<bool>()), 1..8),
+        walls in prop::collection::vec(prop::collection::vec((0i32..9, 0i32..9), 2..5), 0..4),
+        exterior_is_hole in prop::bool::weighted(0.2),
+        is_dense in any::<bool>(),
+    ) {
+        let mut lines: Vec<_> = rectangles.into_iter().map(|(x, y, width, height, is_wall)| {
+            let (obstacle, corners) = block([x, y], [width, height]);
+            (if is_wall { LineKind::Wall } else { obstacle }, corners)
+        }).collect();
+        lines.extend(walls.into_iter().map(|corners| wall(&corners)).filter(|line| line.1.windows(2).all(|pair| pair[0] != pair[1])));
+        let mut scene = if is_dense { Scene::on_grid(10, 10, lines) } else { Scene::in_room(10, lines) };
+        scene.sites = (0..20).map(|i| at(i * 7 % 11, i * 5 % 10)).collect();
+        scene.exterior_is_hole = exterior_is_hole;
+        check(&scene, 6, [9, 40, 1 << 16][scene.lines.len() % 3]);
+    }
+
+    #[test]
+    fn polygons_and_walls_anywhere(seed in any::<u64>()) {
+        let mut random = Random(seed);
+        let mut scene = Scene::default();
+        for _ in 0..2 + random.below(4) {
+            let (x, y, size) = (random.unit() * 10.0, random.unit() * 10.0, 0.5 + 2.0 * random.unit());
+            let corners = 3 + random.below(6);
+            let mut ring: Vec<Point> = (0..corners).map(|i| {
+                let (turn, far) = (std::f64::consts::TAU * i as f64 / corners as f64, size * (0.3 + random.unit()));
+                Point::new(x + far * turn.cos(), y + far * turn.sin())
+            }).collect();
+            ring.push(ring[0]);
+            scene.lines.push((LineKind::Obstacle, ring));
+        }
+        for _ in 0..random.below(8) {
+            let corners = (0..2 + random.below(3)).map(|_| Point::new(random.unit() * 10.0, random.unit() * 10.0));
+            scene.lines.push((LineKind::Wall, corners.collect()));
+        }
+        scene.points = (0..20).map(|_| Point::new(random.unit() * 12.0 - 1.0, random.unit() * 12.0 - 1.0)).collect();
+        scene.sites = scene.points.clone();
+        check(&scene, 6, if seed % 2 == 0 { 9 } else { 1 << 16 });
+    }
+}
+
+#[test]
+fn paths_on_the_map_of_a_game() {
+    let lengths = rows(&std::fs::read_to_string(data("arena/arena_lengths.csv")).unwrap());
+    runtime().block_on(async {
+        let options = BuildOptions {
+            tile_vertices: 30,
+            exterior_is_hole: true,
+            ..BuildOptions::default()
+        };
+        let (_scratch, reader) = truth::build(&data("arena/arena.poly"), options).await;
+        for row in &lengths {
+            let (from, to) = (Point::new(row[0], row[1]), Point::new(row[2], row[3]));
+            for method in METHODS {
+                let found = walk(&reader, method, from, to).await;
+                assert!(
+                    matches!(found, Walk::Length(length) if is_printed(length, row[4])),
+                    "{method:?}: {found:?}, {row:?}"
+                );
+            }
+        }
+    });
+}
+
+#[test]
+fn distances_among_islands() {
+    let (Some(islands), Some(truth)) = (
+        shared("indonesia/group1_dense_small.poly"),
+        shared("indonesia/group1_truth.csv.gz"),
+    ) else {
+        return;
+    };
+    let truth = rows(&unzipped(truth).unwrap());
+    runtime().block_on(async {
+        let (_scratch, reader) = truth::build(&islands, BuildOptions::default()).await;
+        for row in truth.iter().step_by(67) {
+            let (from, to) = (Point::new(row[1], row[2]), Point::new(row[4], row[5]));
+            for method in METHODS {
+                let found = walk(&reader, method, from, to).await;
+                assert!(
+                    matches!(found, Walk::Length(length) if is_near(length, row[7])),
+                    "{method:?}: {found:?}, {row:?}"
+                );
+            }
+        }
+    });
+}
+
+/// What each method is refused for, and what an answer costs.
+#[test]
+fn refusals_and_costs() {
+    runtime().block_on(async {
+        let walls = vec![block([2, 2], [3, 2]), wall(&[(7, 1), (7, 8)])];
+        let mut scene = Scene::on_grid(10, 10, walls);
+        scene.sites = vec![at(1, 1), at(9, 9), at(8, 4)];
+        let (_scratch, reader) = scene.build(30).await;
+        let options = QueryOptions::default();
+        for stretch in [1.5, 1.5931, f64::NAN, f64::INFINITY, -3.0] {
+            let found = reader
+                .nearest_sites_by(Method::Visibility { stretch }, at(0, 0), 1, options.clone())
+                .await;
+            assert!(matches!(found, Err(QueryError::Stretch { .. })), "{found:?}");
+        }
+        for method in METHODS {
+            let found = reader
+                .nearest_sites_by(method, at(6, 4), 2, options.clone())
+                .await
+                .unwrap();
+            let cost = found.statistics;
+            assert_eq!(found.answer.len(), 2);
+            assert!(
+                cost.tiles >= 1 && cost.rounds >= 1 && cost.candidates >= 2 && cost.nodes_swept >= 1,
+                "{cost:?}"
+            );
+            assert!(
+                cost.edges_considered >= cost.edges_kept && cost.edges_considered >= 1,
+                "{cost:?}"
+            );
+            assert!(!cost.times.is_empty() && cost.time() >= cost.times[0].time);
+            let few = reader
+                .nearest_sites_by(method, at(6, 4), 2, options.clone().max_tiles(0))
+                .await;
+            assert!(matches!(few, Err(QueryError::OutOfBudget { .. })), "{few:?}");
+        }
+        scene.lines.push(line(LineKind::BreakLine, &[(0, 8), (5, 8)]));
+        let (_scratch, reader) = scene.build(30).await;
+        for method in METHODS {
+            let sites = reader.sites_within_by(method, at(6, 7), 20.0, options.clone()).await;
+            let path = reader
+                .shortest_path_by(method, at(6, 7), at(0, 9), options.clone())
+                .await;
+            if method == Method::Wave {
+                assert_eq!(sites.unwrap().answer.len(), 3);
+                assert!(matches!(path.unwrap().answer, PathOutcome::Found(_)));
+            } else {
+                assert!(
+                    matches!(sites, Err(QueryError::BreakLines { .. })),
+                    "{method:?}: {sites:?}"
+                );
+                assert!(
+                    matches!(path, Err(QueryError::BreakLines { .. })),
+                    "{method:?}: {path:?}"
+                );
+            }
+        }
+    });
+}
