@@ -17,7 +17,7 @@ use super::borders::RegionTotals;
 use super::budget::{self, DiskLoad, Load, Shares};
 use super::conquest::{Conquest, ConquestLimits};
 use super::constrain::Deferral;
-use super::edit::{EditError, EditSummary, Target, edit};
+use super::edit::{EditError, EditSummary, Target, Work, edit};
 use super::intake::{Points, Terms};
 use super::inverted;
 use super::journal::{FinishedBlocks, JournalReader, SavedPlan};
@@ -433,7 +433,13 @@ impl Assembly {
             let _ = &folder;
             progress.is_cancelled()
         };
-        let mut edited = edit(Target::lock(path)?, segments, Vec::new(), memory, (true, is_cancelled)).await?;
+        let work = Work {
+            segments,
+            z: Vec::new(),
+            lines: Vec::new(),
+            may_be_inverted: true,
+        };
+        let mut edited = edit(Target::lock(path)?, work, memory, is_cancelled).await?;
         if edited.bytes_appended > edited.file_bytes / UNUSED_SHARE {
             let reader = TileReader::open(path, OpenOptions::default().memory(self.options.memory)).await;
             let reader = reader.map_err(EditError::Read)?;

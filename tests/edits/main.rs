@@ -186,13 +186,13 @@ fn what_is_refused_changes_nothing() {
             assert_eq!(after[..before.len()], before, "{error}");
             error
         };
-        let error = refused(ENOUGH, &segment((0.0, 0.0), (2.5, 0.0))).await;
-        assert!(
-            matches!(error, EditError::NoVertex { line: 1, place } if place.x == 2.5),
-            "{error}"
-        );
-        let error = refused(ENOUGH, &segment((0.0, 0.0), (1e6, 0.0))).await;
-        assert!(matches!(error, EditError::NoVertex { .. }), "{error}");
+        for outside in [1e6, 29.000_001] {
+            let error = refused(ENOUGH, &segment((0.0, 0.0), (outside, 0.5))).await;
+            assert!(
+                matches!(error, EditError::Outside { line: 1, place } if place.x == outside),
+                "{error}"
+            );
+        }
         let error = refused(ENOUGH, &segment((10.0, 0.0), (11.0, 29.0))).await;
         let EditError::Crossed { line, other, edge, .. } = error else {
             panic!("{error}")

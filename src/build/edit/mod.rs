@@ -1,9 +1,9 @@
 //! Changes a file on disk: lines become constraints of a triangulation that is there already.
 //!
-//! In: a tile file, and segments between its vertices. Out: the same file in its next state, or as it was.
+//! In: a tile file, and segments within its hull. Out: the same file in its next state, or as it was.
 //!
 //! ```text
-//!   segments ─▶ their ends' vertices ─▶ pieces, in the order of a curve ─▶ strips of triangles   (strip)
+//!   segments ─▶ new vertices at ends (vertices) ─▶ pieces, in the order of a curve ─▶ strips   (strip, patch)
 //!                                                                              │  ▲
 //!   file ──── tiles that are needed, the least recently used go ◀──────────────▼──┘   (tiles, tile)
 //!     ▲                                                                        │
@@ -14,10 +14,12 @@
 //! Lemma 3.3.6). So a file that was edited has the triangles that it would have been built with. New tiles and a new directory are
 //! appended; then one superblock is replaced, which makes all of it the file, at once. Whoever has it open sees what it was.
 
+mod patch;
 mod regions;
 mod strip;
 mod tile;
 mod tiles;
+mod vertices;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -29,15 +31,16 @@ use std::time::Instant;
 use tokio::runtime::Handle;
 use tokio::sync::oneshot;
 
+use super::BuildOptions;
 use super::inverted::{self, Inverted};
-use super::segments::{SEGMENT_BYTES, Segment};
+use super::segments::{NO_Z, SEGMENT_BYTES, Segment};
 use super::vertex_index::VertexIndex;
 use crate::geometry::{MortonSquare, Point, Rect};
 use crate::input::SegmentBatch;
 use crate::store::{EdgeSource, LineKind, LineSource, ReadError, TileId, Vertex};
 use regions::{Joining, Labels, Parts};
 use strip::{Inserting, Piece};
-use tile::EditTile;
+use tile::{EditTile, NewVertex};
 pub(super) use tiles::Target;
 use tiles::Tiles;
 
@@ -61,13 +64,23 @@ pub enum EditError {
     /// Somebody else edits it.
     #[error("{file}: somebody else is changing it; try again later", file = .0.display())]
     Busy(PathBuf),
-    /// The end of a line is no vertex.
-    #[error("a line has an end at ({x}, {y}), where the file has no vertex; build it with the line from the start", x = place.x, y = place.y)]
-    NoVertex {
+    /// The end of a line lies outside the hull of the file's vertices.
+    #[error("a line has an end at ({x}, {y}), outside the hull of the file's vertices; build it with the line from the start", x = place.x, y = place.y)]
+    Outside {
         /// The number of the line.
         line: u64,
         /// The end.
         place: Point,
+    },
+    /// The ends of lines would make a tile too large.
+    #[error(
+        "with the ends of lines, a tile would have {vertices} vertices, and {most} are the most; build the file with the lines from the start"
+    )]
+    TooMany {
+        /// Vertices that it would have.
+        vertices: u64,
+        /// The most that it may have.
+        most: u64,
     },
     /// A line crosses a constraint.
     #[error(
@@ -128,6 +141,8 @@ pub enum EditError {
 pub struct EditSummary {
     /// Segments that came in.
     pub segments: u64,
+    /// Vertices that their ends became, where there were none.
+    pub vertices: u64,
     /// Edges along them, those that were constraints before included.
     pub edges: u64,
     /// Constraint edges of the file.
@@ -156,8 +171,8 @@ pub struct EditSummary {
 
 /// Makes lines constraints of a file on disk.
 ///
-/// Their ends must be vertices of it. The file is locked against other editors; readers may have it open and see it as it was
-/// when they opened it.
+/// Ends that are no vertices of it become some, within its hull. The file is locked against other editors; readers may have it open and
+/// see it as it was when they opened it.
 pub struct Editor {
     target: Target,
     memory: u64,
@@ -165,6 +180,8 @@ pub struct Editor {
     first_line: u64,
     lines: Vec<LineSource>,
     segments: Vec<Segment>,
+    /// z at their ends, as far as any have one.
+    z: Vec<[f64; 2]>,
 }
 
 impl Editor {
@@ -185,6 +202,7 @@ impl Editor {
             memory,
             lines: Vec::new(),
             segments: Vec::new(),
+            z: Vec::new(),
         })
     }
 
@@ -217,6 +235,10 @@ impl Editor {
             ends: ends.map(Point::normalized),
             source: EdgeSource::new(kind, first + line),
         });
+        if !batch.z.is_empty() {
+            self.z.resize(self.segments.len(), [NO_Z; 2]);
+            self.z.extend_from_slice(&batch.z);
+        }
         self.segments.extend(segments);
         let needed = 4 * self.segments.len() as u64 * (SEGMENT_BYTES + size_of::<Piece>() as u64);
         if needed > self.memory {
@@ -231,44 +253,55 @@ impl Editor {
     /// Makes the lines constraints. The file is as before until the very end.
     ///
     /// # Errors
-    /// If an end is no vertex, a line crosses a constraint, a ring does not close, or the system refuses.
+    /// If an end lies outside the hull, a line crosses a constraint, a ring does not close, or the system refuses.
     pub async fn finish(self) -> Result<EditSummary, EditError> {
         let Self {
             target,
             memory,
             lines,
             segments,
+            z,
             ..
         } = self;
-        edit(target, segments, lines, memory, (false, || false)).await
+        let work = Work {
+            segments,
+            z,
+            lines,
+            may_be_inverted: false,
+        };
+        edit(target, work, memory, || false).await
     }
 }
 
-/// Makes segments constraints of a file, on a thread of its own. Lines that are new are entered in its directory. If regions may not be
-/// inside out and are, the file stays as it was.
+/// What an edit is to do.
+pub(super) struct Work {
+    /// To become constraints.
+    pub(super) segments: Vec<Segment>,
+    /// z at the ends of some, or [`NO_Z`].
+    pub(super) z: Vec<[f64; 2]>,
+    /// Lines that are new, to be entered in the directory.
+    pub(super) lines: Vec<LineSource>,
+    /// Whether regions may be inside out. If they may not and are, the file stays as it was.
+    pub(super) may_be_inverted: bool,
+}
+
+/// Makes segments constraints of a file, on a thread of its own.
 pub(super) async fn edit(
     target: Target,
-    segments: Vec<Segment>,
-    lines: Vec<LineSource>,
+    work: Work,
     memory: u64,
-    (may_be_inverted, is_cancelled): (bool, impl Fn() -> bool + Send + 'static),
+    is_cancelled: impl Fn() -> bool + Send + 'static,
 ) -> Result<EditSummary, EditError> {
     let stop = StopOnDrop(Arc::new(AtomicBool::new(false)));
     let stopped = Arc::clone(&stop.0);
     let (reply, done) = oneshot::channel();
     let runtime = Handle::current();
-    let work = move || {
+    let task = move || {
         let is_stopped = || stopped.load(Ordering::Relaxed) || is_cancelled();
         // If nobody waits for the answer any more, nobody needs it.
-        let _ = reply.send(edit_here(
-            target,
-            &segments,
-            &lines,
-            memory,
-            (may_be_inverted, &is_stopped, runtime),
-        ));
+        let _ = reply.send(edit_here(target, &work, memory, &is_stopped, runtime));
     };
-    let thread = thread::Builder::new().name("tile-edit".to_owned()).spawn(work);
+    let thread = thread::Builder::new().name("tile-edit".to_owned()).spawn(task);
     thread.map_err(|error| EditError::Internal(format!("cannot start a thread: {error}")))?;
     let gone = |_| EditError::Internal("the editing thread is gone".to_owned());
     done.await.map_err(gone)?
@@ -285,13 +318,15 @@ impl Drop for StopOnDrop {
 
 fn edit_here(
     target: Target,
-    segments: &[Segment],
-    lines: &[LineSource],
+    work: &Work,
     memory: u64,
-    (may_be_inverted, is_stopped, runtime): (bool, &dyn Fn() -> bool, Handle),
+    is_stopped: &dyn Fn() -> bool,
+    runtime: Handle,
 ) -> Result<EditSummary, EditError> {
     let began = Instant::now();
     let mut tiles = Tiles::open(target, memory / 8 * 5, runtime)?;
+    let Work { segments, lines, .. } = work;
+    let vertices = add_ends(&mut tiles, work, is_stopped)?;
     let pieces = pieces(&mut tiles, segments)?;
     let mut inserting = Inserting::default();
     for piece in pieces {
@@ -305,7 +340,7 @@ fn edit_here(
     let (regions, spanning, hole_regions) = (labels.regions, labels.spanning, labels.hole_regions);
     let inverted_regions = labels.inverted_regions;
     let (hole_triangles, first_inverted) = label(&mut tiles, labels, is_stopped)?;
-    if let Some(first) = first_inverted.filter(|_| !may_be_inverted) {
+    if let Some(first) = first_inverted.filter(|_| !work.may_be_inverted) {
         return Err(EditError::Inverted {
             first,
             regions: inverted_regions,
@@ -316,7 +351,15 @@ fn edit_here(
         tiles.length(),
     );
     let file_bytes = tiles.publish(|directory| {
+        let entries = &directory.tiles;
         let metadata = &mut directory.metadata;
+        let most = entries.iter().map(|tile| tile.vertices).max();
+        metadata.tile_vertices = metadata.tile_vertices.max(most.unwrap_or(0));
+        metadata.vertices = entries.iter().map(|tile| u64::from(tile.vertices)).sum();
+        metadata.triangles = entries.iter().map(|tile| u64::from(tile.owned_triangles)).sum();
+        // Euler's formula for a triangulated disc.
+        metadata.hull_edges = (2 * metadata.vertices - 2).saturating_sub(metadata.triangles);
+        metadata.ends += vertices;
         metadata.constraint_edges = constraint_edges;
         metadata.regions = regions;
         metadata.spanning_regions = spanning;
@@ -326,6 +369,7 @@ fn edit_here(
     })?;
     Ok(EditSummary {
         segments: segments.len() as u64,
+        vertices,
         edges: inserting.edges,
         constraint_edges,
         tiles: tiles_written as u64,
@@ -341,18 +385,75 @@ fn edit_here(
     })
 }
 
+/// Makes vertices of the ends of segments that are none. Returns how many.
+fn add_ends(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> Result<u64, EditError> {
+    let metadata = &tiles.directory().metadata;
+    let (has_z, first_record) = (metadata.has_z, metadata.points + metadata.ends);
+    let tree = tiles.directory().tree.clone();
+    let mut ends: Vec<(TileId, Point, u32)> = Vec::with_capacity(2 * work.segments.len());
+    for (&place, end) in work.segments.iter().flat_map(|segment| &segment.ends).zip(0u32..) {
+        let tile = tree.tile_at(place);
+        let tile = tile.ok_or_else(|| EditError::Internal("a file of triangles has no tiles".to_owned()))?;
+        ends.push((tile, place, end));
+    }
+    // Of several at one place the first says how high it lies.
+    let by_place = |a: &(TileId, Point, u32), b: &(TileId, Point, u32)| {
+        a.0.cmp(&b.0).then_with(|| a.1.lex_cmp(b.1)).then_with(|| a.2.cmp(&b.2))
+    };
+    ends.sort_unstable_by(by_place);
+    let z_of = |end: u32| {
+        let z = work.z.get(end as usize / 2).map_or(NO_Z, |z| z[end as usize % 2]);
+        if z.is_nan() { 0.0 } else { z }
+    };
+    let mut added = 0;
+    for group in ends.chunk_by(|a, b| a.0 == b.0) {
+        if is_stopped() {
+            return Err(EditError::Cancelled);
+        }
+        let id = group[0].0;
+        let tile = tiles.get(id)?;
+        let index = VertexIndex::new(tile.points());
+        let missing = group
+            .chunk_by(|a, b| a.1 == b.1)
+            .filter(|same| index.at(same[0].1).is_none());
+        let new = missing.map(|same| same[0]).zip(first_record + added..);
+        let new: Vec<NewVertex> = new
+            .map(|((_, point, end), record)| NewVertex {
+                point,
+                z: z_of(end),
+                record,
+            })
+            .collect();
+        let (count, most) = (
+            tile.points().len() as u64 + new.len() as u64,
+            BuildOptions::MAX_TILE_VERTICES as u64,
+        );
+        drop(tile);
+        if new.is_empty() {
+            continue;
+        }
+        if count > most {
+            return Err(EditError::TooMany { vertices: count, most });
+        }
+        added += new.len() as u64;
+        let line_at = |place: Point| {
+            let there = group.iter().find(|(_, other, _)| *other == place);
+            there.map_or(0, |&(_, _, end)| work.segments[end as usize / 2].source.number())
+        };
+        vertices::add(tiles, id, new, has_z, &line_at)?;
+    }
+    Ok(added)
+}
+
 /// Finds the vertices at the ends of segments. Pieces come in the order of a space-filling curve, so that those that cross the same
 /// tiles come together.
 fn pieces(tiles: &mut Tiles, segments: &[Segment]) -> Result<Vec<Piece>, EditError> {
     let ends: Vec<(Point, u32)> = segments.iter().flat_map(|segment| segment.ends).zip(0u32..).collect();
     let tree = tiles.directory().tree.clone();
-    let no_vertex = |place: Point, end: u32| EditError::NoVertex {
-        line: segments[(end / 2) as usize].source.number(),
-        place,
-    };
+    let no_vertex = |place: Point| EditError::Internal(format!("there is no vertex at ({}, {})", place.x, place.y));
     let mut of_tiles: Vec<(TileId, Point, u32)> = Vec::with_capacity(ends.len());
     for (place, end) in ends {
-        let tile = tree.tile_at(place).ok_or_else(|| no_vertex(place, end))?;
+        let tile = tree.tile_at(place).ok_or_else(|| no_vertex(place))?;
         of_tiles.push((tile, place, end));
     }
     of_tiles.sort_unstable_by_key(|&(tile, _, end)| (tile, end));
@@ -362,7 +463,7 @@ fn pieces(tiles: &mut Tiles, segments: &[Segment]) -> Result<Vec<Piece>, EditErr
         let tile = tiles.get(id)?;
         let index = VertexIndex::new(tile.points());
         for &(_, place, end) in group {
-            let index = index.at(place).ok_or_else(|| no_vertex(place, end))?;
+            let index = index.at(place).ok_or_else(|| no_vertex(place))?;
             found[end as usize] = Some(tile.vertex(index));
         }
     }

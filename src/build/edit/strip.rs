@@ -7,12 +7,13 @@
 use foldhash::HashMap;
 
 use super::EditError;
+use super::patch::Patch;
 use super::tile::Incoming;
 use super::tiles::Tiles;
 use crate::build::constrain::glued;
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::mesh::{Constrained, Inserter, Step, WALLS, next_side, prev_side};
-use crate::store::{Across, EdgeSource, TileId, Vertex, VertexId};
+use crate::store::{Across, EdgeSource, Vertex, VertexId};
 
 /// A part of a line between two vertices of the file, to become constraint edges.
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +34,8 @@ enum Reached {
 #[derive(Default)]
 pub(super) struct Inserting {
     inserter: Inserter,
-    strip: Strip,
+    /// The triangles that a piece crosses, in order.
+    strip: Patch,
     /// How often lines of this edit run along edges as the rings of obstacles, which count each time.
     times: HashMap<(EdgeKey, EdgeSource), usize>,
     /// Edges that became constraints.
@@ -41,44 +43,6 @@ pub(super) struct Inserting {
 }
 
 type EdgeKey = [VertexId; 2];
-
-/// The triangles that a piece crosses, in order.
-#[derive(Default)]
-struct Strip {
-    vertices: Vec<Vertex>,
-    places: HashMap<VertexId, u32>,
-    triangles: Vec<[u32; 3]>,
-    bits: Vec<u8>,
-}
-
-impl Strip {
-    fn clear(&mut self) {
-        self.vertices.clear();
-        self.places.clear();
-        self.triangles.clear();
-        self.bits.clear();
-    }
-
-    fn push(&mut self, (corners, bits): Incoming) {
-        let corners = corners.map(|vertex| {
-            let next = self.vertices.len() as u32;
-            *self.places.entry(vertex.id).or_insert_with(|| {
-                self.vertices.push(vertex);
-                next
-            })
-        });
-        self.triangles.push(corners);
-        self.bits.push(bits);
-    }
-
-    /// The tiles of its vertices, in order.
-    fn tiles(&self) -> Vec<TileId> {
-        let mut tiles: Vec<TileId> = self.vertices.iter().map(|vertex| vertex.id.tile).collect();
-        tiles.sort_unstable();
-        tiles.dedup();
-        tiles
-    }
-}
 
 impl Inserting {
     /// Makes a piece a chain of constraint edges.
@@ -167,7 +131,6 @@ impl Inserting {
     fn replace(&mut self, tiles: &mut Tiles, ends: [Vertex; 2], is_wall: bool) -> Result<(), EditError> {
         let Self { inserter, strip, .. } = self;
         let points: Vec<Point> = strip.vertices.iter().map(|vertex| vertex.point).collect();
-        let old = strip.triangles.clone();
         let mesh = glued(strip.triangles.clone(), points.len());
         let mut mesh = Constrained::with_constraints(mesh, strip.bits.clone(), points.len());
         let ends = ends.map(|end| strip.places[&end.id]);
@@ -180,40 +143,7 @@ impl Inserting {
             .zip(&mesh.mesh().triangles)
             .map(|(t, corners)| (corners.map(vertex), mesh.side_bits(t)))
             .collect();
-        let old: Vec<[VertexId; 3]> = old
-            .iter()
-            .map(|corners| corners.map(|place| vertex(place).id))
-            .collect();
-        let mut unlinked = Vec::new();
-        for id in strip.tiles() {
-            let removed: Vec<_> = old
-                .iter()
-                .filter(|ids| ids.iter().any(|v| v.tile == id))
-                .copied()
-                .collect();
-            let added = new
-                .iter()
-                .filter(|(corners, _)| corners.iter().any(|v| v.id.tile == id));
-            let added: Vec<Incoming> = added.copied().collect();
-            let replaced = tiles.change(id)?.replace(&removed, &added);
-            let open = replaced.map_err(|reason| tiles.damaged(id, reason))?;
-            unlinked.extend(open.into_iter().map(|open| (id, open)));
-        }
-        // Edges between two vertices of other tiles: these know what lies across.
-        for (id, open) in unlinked {
-            let [from, to, _] = open;
-            let other = tiles.get(from.tile)?;
-            let Some(side) = other.side_between(to, from) else {
-                continue;
-            };
-            let apex = other.from(prev_side(side)).id;
-            drop(other);
-            if apex.tile == id {
-                let linked = tiles.change(id)?.link(open, apex);
-                linked.map_err(|reason| tiles.damaged(id, reason))?;
-            }
-        }
-        Ok(())
+        strip.exchange(tiles, &new, &[])
     }
 
     /// Notes the source of an edge in the tile that it belongs to.

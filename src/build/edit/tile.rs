@@ -39,6 +39,14 @@ pub(super) struct EditTile {
     sources: HashMap<[u32; 2], Vec<EdgeSource>>,
 }
 
+/// A vertex on its way into a tile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NewVertex {
+    pub(super) point: Point,
+    pub(super) z: f64,
+    pub(super) record: u64,
+}
+
 /// A triangle on its way into tiles: its corners, and the bits of its sides.
 pub(super) type Incoming = ([Vertex; 3], u8);
 
@@ -268,10 +276,61 @@ impl EditTile {
         self.sources.get(&ends).map_or(&[], Vec::as_slice)
     }
 
+    /// Takes new vertices, which no triangle has yet. The first one gets the number that is returned.
+    pub(super) fn add_vertices(&mut self, new: &[NewVertex], has_z: bool) -> u32 {
+        let own = self.points.len() as u32;
+        let more = new.len() as u32;
+        self.points.extend(new.iter().map(|vertex| vertex.point));
+        self.records.extend(new.iter().map(|vertex| vertex.record));
+        if has_z {
+            self.z.extend(new.iter().map(|vertex| vertex.z));
+        }
+        self.leaving.resize(self.points.len(), NONE);
+        // The corners of others come behind the tile's own.
+        let behind = |corner: &mut u32| {
+            if *corner >= own && *corner != NONE {
+                *corner += more;
+            }
+        };
+        self.triangles.as_flattened_mut().iter_mut().for_each(behind);
+        self.foreign_places.values_mut().for_each(behind);
+        let sources = std::mem::take(&mut self.sources);
+        self.sources = sources
+            .into_iter()
+            .map(|(mut ends, sources)| {
+                ends.iter_mut().for_each(behind);
+                (ends, sources)
+            })
+            .collect();
+        own
+    }
+
+    /// Takes out the sources of an edge of the tile, as seen from its first end.
+    pub(super) fn take_sources(&mut self, ends: [VertexId; 2]) -> Option<Vec<EdgeSource>> {
+        let [from, to] = ends.map(|id| self.corner(id));
+        let (ends, is_turned) = in_order([from?, to?]);
+        let sources = self.sources.remove(&ends)?.into_iter();
+        Some(match is_turned {
+            true => sources.map(EdgeSource::reversed).collect(),
+            false => sources.collect(),
+        })
+    }
+
+    /// Notes why an edge of the tile is a constraint, as seen from its first end.
+    pub(super) fn give_sources(&mut self, ends: [VertexId; 2], sources: &[EdgeSource]) -> Option<()> {
+        let [from, to] = ends.map(|id| self.corner(id));
+        let (ends, is_turned) = in_order([from?, to?]);
+        let seen = |&source: &EdgeSource| if is_turned { source.reversed() } else { source };
+        let all = self.sources.entry(ends).or_default();
+        all.extend(sources.iter().map(seen));
+        all.sort_unstable();
+        Some(())
+    }
+
     /// Changes nothing; but whoever borrows a tile from the cache to change it has it written again.
     pub(super) fn touch(&mut self) {}
 
-    /// Takes triangles out, which it must have, and puts others in their place. Returns those sides of new ones that another
+    /// Takes triangles out, which it must have, and puts others in their place, of which these sides are new on the hull. Returns those sides of new ones that another
     /// triangle of the tile may lie across, which only other tiles can tell.
     ///
     /// ```text
@@ -279,7 +338,12 @@ impl EditTile {
     ///    ╱  ╲   ╱  ╲    →   ╱    ╱    ╲      what is outside the tile on one side is so marked
     ///   a ──── w ── b      a ════════ b
     /// ```
-    pub(super) fn replace(&mut self, removed: &[[VertexId; 3]], added: &[Incoming]) -> Result<Vec<Unlinked>, String> {
+    pub(super) fn replace(
+        &mut self,
+        removed: &[[VertexId; 3]],
+        added: &[Incoming],
+        on_hull: &[[VertexId; 2]],
+    ) -> Result<Vec<Unlinked>, String> {
         let absent = || "a triangle is missing that another tile has".to_owned();
         let mut places: Vec<u32> = Vec::with_capacity(removed.len());
         for &corners in removed {
@@ -331,6 +395,7 @@ impl EditTile {
                 (Some(&twin), _) => twin,
                 (None, Some(value)) => value,
                 (None, None) if from >= own && to >= own => BEYOND,
+                (None, None) if on_hull.contains(&[from, to].map(|corner| self.vertex(corner).id)) => ON_HULL,
                 (None, None) => return Err("triangles around a line do not fit together".to_owned()),
             };
             self.set_across(side, value);

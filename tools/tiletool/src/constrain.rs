@@ -39,6 +39,7 @@ pub struct ConstrainArgs {
 #[derive(Serialize)]
 struct Output {
     segments: u64,
+    vertices: u64,
     edges: u64,
     constraint_edges: u64,
     tiles_written: u64,
@@ -66,6 +67,7 @@ pub fn run(args: ConstrainArgs) -> anyhow::Result<()> {
     if args.json {
         common::print_json(&Output {
             segments: summary.segments,
+            vertices: summary.vertices,
             edges: summary.edges,
             constraint_edges: summary.constraint_edges,
             tiles_written: summary.tiles,
@@ -106,7 +108,7 @@ async fn constrain(file: &Path, lines: Lines, memory: u64) -> anyhow::Result<(Ed
                 None => format!("line {number} of {}", file.display()),
             };
             let named = match &error {
-                EditError::NoVertex { line, .. } | EditError::OpenRing { line } => Some(name(*line)),
+                EditError::Outside { line, .. } | EditError::OpenRing { line } => Some(name(*line)),
                 EditError::Inverted { first, .. } => Some(name(first.obstacle)),
                 EditError::Crossed { line, other, .. } => {
                     let other = other.map(|other| format!(" and {}", name(other.number())));
@@ -127,13 +129,14 @@ async fn constrain(file: &Path, lines: Lines, memory: u64) -> anyhow::Result<(Ed
 fn report(file: &Path, summary: &EditSummary) -> String {
     let thousands = common::thousands;
     format!(
-        "{}: {} segments became {} edges; {} constraint edges in all\n\
+        "{}: {} segments became {} edges, and their ends {} new vertices; {} constraint edges in all\n\
          regions    {}, of them {} holes with {} triangles\n\
          written    {} tiles anew, {} more; the file has {}\n\
          took       {:.2} s\n",
         file.display(),
         thousands(summary.segments),
         thousands(summary.edges),
+        thousands(summary.vertices),
         thousands(summary.constraint_edges),
         thousands(summary.regions),
         thousands(summary.hole_regions),

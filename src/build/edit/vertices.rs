@@ -1,0 +1,216 @@
+//! Puts new vertices into the triangulation: ends of lines where the file has no vertex yet.
+//!
+//! The triangles whose circumdisc holds a vertex, and which no constraint hides from it, go: its *cavity*. The edges around this
+//! and the vertex make those that take their place (Bowyer, Watson, both in The Computer Journal 24, 1981). With constraints too, the
+//! result is the triangulation of all vertices and constraints, whatever the order. A vertex on a constraint parts it.
+
+use std::collections::HashSet;
+
+use super::EditError;
+use super::patch::Patch;
+use super::tile::{EditTile, Incoming, NewVertex};
+use super::tiles::Tiles;
+use crate::geometry::{MortonSquare, Orientation, Point, Rect, in_circle, orient2d};
+use crate::mesh::{WALLS, next_side, prev_side};
+use crate::store::{Across, EditPin, TileId, Vertex, VertexId};
+
+type Pin = EditPin<TileId, EditTile, EditError>;
+
+/// Adds vertices to a tile, none of which is there yet, and gives their numbers. `line` is one that ends at the first.
+pub(super) fn add(
+    tiles: &mut Tiles,
+    id: TileId,
+    mut new: Vec<NewVertex>,
+    has_z: bool,
+    line_at: &dyn Fn(Point) -> u64,
+) -> Result<(), EditError> {
+    // One after the other, so that the way from each to the next is short.
+    let square = MortonSquare::around(Rect::around(new.iter().map(|vertex| vertex.point)));
+    new.sort_by_key(|vertex| square.key(vertex.point));
+    let tile = tiles.get(id)?;
+    let near = tile.points().iter().zip(0u32..).min_by(|(a, _), (b, _)| {
+        let to = |p: &Point| (p.x - new[0].point.x).abs() + (p.y - new[0].point.y).abs();
+        to(a).total_cmp(&to(b))
+    });
+    let near = near.map(|(_, index)| index);
+    drop(tile);
+    let first = tiles.change(id)?.add_vertices(&new, has_z);
+    let Some(mut from) = near else {
+        return Err(tiles.damaged(id, "it has no vertices"));
+    };
+    let mut adding = Adding::default();
+    for (vertex, index) in new.iter().zip(first..) {
+        let vertex = Vertex {
+            id: VertexId { tile: id, index },
+            point: vertex.point,
+        };
+        let Some(place) = locate(tiles, VertexId { tile: id, index: from }, vertex.point)? else {
+            return Err(EditError::Outside {
+                line: line_at(vertex.point),
+                place: vertex.point,
+            });
+        };
+        adding.add(tiles, vertex, place)?;
+        from = index;
+    }
+    Ok(())
+}
+
+/// The triangle, open or closed, that a point lies in: one of its sides, in this tile. None: it lies outside the hull.
+fn locate(tiles: &Tiles, from: VertexId, to: Point) -> Result<Option<(Pin, u32)>, EditError> {
+    let mut tile = tiles.get(from.tile)?;
+    let Some(mut side) = tile.around(from.index).next() else {
+        return Err(tiles.damaged(from.tile, format!("vertex {} has no triangle", from.index)));
+    };
+    // A walk may go in circles where constraints are, if it always looks at the sides in the same order.
+    let mut steps = 4 * tiles.directory().metadata.triangles + 1000;
+    loop {
+        steps = match steps.checked_sub(1) {
+            Some(steps) => steps,
+            None => return Err(tiles.damaged(tile.id, "a walk goes in circles")),
+        };
+        let turn = steps.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 62;
+        let sides = match turn {
+            0 => [side, next_side(side), prev_side(side)],
+            1 => [next_side(side), prev_side(side), side],
+            _ => [prev_side(side), side, next_side(side)],
+        };
+        let is_beyond = |&side: &u32| {
+            let [from, to_end] = [side, next_side(side)].map(|side| tile.from(side).point);
+            orient2d(from, to_end, to) == Orientation::Clockwise
+        };
+        let Some(exit) = sides.into_iter().find(is_beyond) else {
+            return Ok(Some((tile, side)));
+        };
+        match over(tiles, tile, exit)? {
+            Some(there) => (tile, side) = there,
+            None => return Ok(None),
+        }
+    }
+}
+
+/// The side across a side, with a tile that has it. None: that is the outside.
+fn over(tiles: &Tiles, tile: Pin, side: u32) -> Result<Option<(Pin, u32)>, EditError> {
+    match tile.across(side) {
+        Across::Side(other) => Ok(Some((tile, other))),
+        Across::Hull => Ok(None),
+        Across::Elsewhere => {
+            let ends = [next_side(side), side].map(|side| tile.from(side).id);
+            let tile = tiles.get(ends[0].tile)?;
+            Ok(tile.side_between(ends[0], ends[1]).map(|other| (tile, other)))
+        }
+    }
+}
+
+/// Adds vertices. Keeps its memory from one to the next.
+#[derive(Default)]
+struct Adding {
+    cavity: Patch,
+    seen: HashSet<[VertexId; 3]>,
+    /// Edges around the cavity, which lies on their left, with the bits of a side.
+    around: Vec<([Vertex; 2], u8)>,
+}
+
+impl Adding {
+    /// Puts a vertex into the closed triangle of a side.
+    fn add(&mut self, tiles: &mut Tiles, vertex: Vertex, (tile, side): (Pin, u32)) -> Result<(), EditError> {
+        self.cavity.clear();
+        self.seen.clear();
+        self.around.clear();
+        // The edge that the vertex lies on, if there is one, and whether that is a constraint.
+        let mut parted: Option<([Vertex; 2], u8)> = None;
+        let mut on_hull = Vec::new();
+        let start = tile.triangle(side).0.map(|corner| corner.id);
+        self.seen.insert(turned(start));
+        let mut open = vec![start];
+        drop(tile);
+        while let Some(ids) = open.pop() {
+            let tile = tiles.get(ids[0].tile)?;
+            let Some(first) = tile.side_of(ids) else {
+                return Err(tiles.damaged(ids[0].tile, "a triangle is missing that another tile has"));
+            };
+            let (corners, bits) = tile.triangle(first);
+            self.cavity.push((corners, bits));
+            for (s, side) in [first, next_side(first), prev_side(first)].into_iter().enumerate() {
+                let ends = [corners[s], corners[(s + 1) % 3]];
+                let of_side = bits >> s & (1 | 1 << WALLS);
+                let is_parted = orient2d(ends[0].point, ends[1].point, vertex.point) == Orientation::Collinear;
+                if is_parted {
+                    parted = Some((ends, of_side));
+                } else if of_side & 1 == 1 {
+                    self.around.push((ends, of_side));
+                    continue;
+                }
+                let tile = tiles.get(ids[0].tile)?;
+                let Some((there, other)) = over(tiles, tile, side)? else {
+                    if is_parted {
+                        let [from, to] = ends.map(|end| end.id);
+                        on_hull.extend([[from, vertex.id], [vertex.id, to]]);
+                    } else {
+                        self.around.push((ends, of_side));
+                    }
+                    continue;
+                };
+                let corners = there.triangle(other).0;
+                let ids = corners.map(|corner| corner.id);
+                let [a, b, c] = corners.map(|corner| corner.point);
+                if self.seen.contains(&turned(ids)) {
+                    continue;
+                }
+                if is_parted || in_circle(a, b, c, vertex.point) {
+                    self.seen.insert(turned(ids));
+                    open.push(ids);
+                } else {
+                    self.around.push((ends, of_side));
+                }
+            }
+        }
+        let on_constraint = parted.filter(|(_, bits)| bits & 1 == 1);
+        let bits_to = |end: Vertex, side: u8| match on_constraint {
+            Some((ends, bits)) if ends.iter().any(|parted| parted.id == end.id) => bits << side,
+            _ => 0,
+        };
+        let new = self.around.iter().map(|&([from, to], bits)| {
+            let corners = [from, to, vertex];
+            (corners, bits | bits_to(to, 1) | bits_to(from, 2))
+        });
+        let new: Vec<Incoming> = new.collect();
+        let is_sound = |(corners, _): &Incoming| {
+            let [a, b, c] = corners.map(|corner| corner.point);
+            orient2d(a, b, c) == Orientation::CounterClockwise
+        };
+        if !new.iter().all(is_sound) {
+            return Err(tiles.damaged(vertex.id.tile, "triangles around a new vertex do not fit together"));
+        }
+        self.cavity.exchange(tiles, &new, &on_hull)?;
+        if let Some((ends, _)) = on_constraint {
+            part_sources(tiles, ends, vertex)?;
+        }
+        Ok(())
+    }
+}
+
+/// The corners of a triangle, the smallest first.
+fn turned(ids: [VertexId; 3]) -> [VertexId; 3] {
+    let [a, b, c] = ids;
+    [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or(ids)
+}
+
+/// Both parts of an edge come from where it came from.
+fn part_sources(tiles: &mut Tiles, ends: [Vertex; 2], vertex: Vertex) -> Result<(), EditError> {
+    let [a, b] = ends;
+    let owner = |ends: [Vertex; 2]| match ends[0].point.lex_cmp(ends[1].point).is_lt() {
+        true => ends[0].id.tile,
+        false => ends[1].id.tile,
+    };
+    let absent = "a constraint knows no line that it comes from";
+    let tile = owner(ends);
+    let sources = tiles.change(tile)?.take_sources([a.id, b.id]);
+    let sources = sources.ok_or_else(|| tiles.damaged(tile, absent))?;
+    for part in [[a, vertex], [vertex, b]] {
+        let tile = owner(part);
+        let put = tiles.change(tile)?.give_sources(part.map(|end| end.id), &sources);
+        put.ok_or_else(|| tiles.damaged(tile, absent))?;
+    }
+    Ok(())
+}
