@@ -5,7 +5,11 @@ mod support;
 use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
+use std::thread;
+use std::time::Duration;
 
+use rustix::process::{Pid, Signal, kill_process};
 use support::{errors, run, tiletool};
 
 /// The rows of a CSV file whose fields have no commas, by column.
@@ -132,6 +136,29 @@ fn who_needs_more_memory_than_the_limit_is_ended_and_the_others_go_on() {
     assert!(page.contains("**killed** (signal"), "{page}");
 }
 
+/// The work folder goes away, and what was measured so far is not written.
+#[test]
+fn who_is_interrupted_leaves_nothing() {
+    let scratch = tempfile::tempdir().unwrap();
+    let results = scratch.path().join("results");
+    let mut child = tiletool(scratch.path(), "experiment build -o results --peers spade")
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Once it works, it has a folder for that.
+    while !results.exists() || names(&results).is_empty() {
+        assert!(child.try_wait().unwrap().is_none(), "it ended by itself");
+        thread::sleep(Duration::from_millis(5));
+    }
+    // The handler of the signal may come a little later; until then the signal ends the process at once, as it does any other.
+    thread::sleep(Duration::from_millis(300));
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", errors(&output));
+    assert!(errors(&output).contains("interrupted"), "{}", errors(&output));
+    assert!(names(&results).is_empty());
+}
+
 /// Islands in a row, with a strait between each two, and one far away.
 const ISLANDS: &str = r#"{"type": "FeatureCollection", "features": [
     {"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": [[[0,0],[2,0.5],[3,0],[3,4],[1,5],[0,0]]]}},
@@ -188,6 +215,25 @@ fn both_distances_between_random_vertices() {
         "experiment stretch islands.geojson --pairs 20 --seed 4 -o other",
     );
     assert_ne!(pairs("tiles"), pairs("other"));
+}
+
+#[test]
+fn who_sees_whom_is_drawn() {
+    let scratch = tempfile::tempdir().unwrap();
+    let square = r#"{"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {}, "geometry":
+        {"type": "Polygon", "coordinates": [[[0,0],[1,0],[1,1],[0,1],[0,0]]]}}]}"#;
+    fs::write(scratch.path().join("square.geojson"), square).unwrap();
+    run(
+        scratch.path(),
+        "experiment stretch square.geojson --pairs 50 -o results",
+    );
+    let picture = |name: &str| fs::read_to_string(scratch.path().join("results").join(name)).unwrap();
+    // Along the sides, and not across.
+    assert!(picture("visibility.svg").contains(">4 pairs of vertices see each other<"));
+    assert!(picture("tree-geodesic.svg").contains(", 3 edges<"));
+    assert!(picture("tree-cdt.svg").contains(", 3 edges<"));
+    // Nothing but walls is in the open.
+    assert!(picture("triangulation.svg").contains(", 0 edges that are no walls<"));
 }
 
 #[test]
