@@ -227,7 +227,7 @@ impl Scale {
         };
         let inside = (self.low..=self.high).contains(&value);
         let share = (value - self.low) / (self.high - self.low);
-        inside.then(|| self.start + share * (self.end - self.start))
+        inside.then_some(self.start + share * (self.end - self.start))
     }
 
     /// Pixels and what stands there.

@@ -75,7 +75,7 @@ pub async fn figures(
     add("islands", "Obstacles", caption, vec![map.land(), map.shore(1.0)]);
     let is_small = map.points.len() as u64 <= graph_vertices;
     if is_small {
-        let sights = sights(reader, &map.points, at_once).await?;
+        let sights = sights(reader, map.points, at_once).await?;
         let caption = format!("{} pairs of vertices see each other", thousands(sights.len() as u64));
         let lines = Layer {
             name: "lines of sight",
