@@ -105,6 +105,11 @@ pub fn text_width(text: &str, size: f64) -> f64 {
     size * ems.sum::<f64>()
 }
 
+/// The size, or less if a text would take more than so many pixels.
+pub fn fitted_text(text: &str, size: f64, pixels: f64) -> f64 {
+    size.min(size * pixels / text_width(text, size))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

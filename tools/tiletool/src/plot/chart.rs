@@ -3,7 +3,7 @@
 //! Comes in: numbers with names. Goes out: an SVG. What cannot be drawn, since it is not finite or not positive on a
 //! logarithmic axis, is left out.
 
-use super::axis::{label, round_above, text_width};
+use super::axis::{fitted_text, label, round_above, text_width};
 use super::svg::{Anchor, Path, Svg, UNITS};
 
 const INK: &str = "#23313d";
@@ -227,20 +227,22 @@ impl Scale {
         };
         let inside = (self.low..=self.high).contains(&value);
         let share = (value - self.low) / (self.high - self.low);
-        inside.then(|| self.start + share * (self.end - self.start))
+        inside.then_some(self.start + share * (self.end - self.start))
     }
 
     /// Pixels and what stands there.
     fn ticks(&self) -> Vec<(f64, String)> {
+        let is_seen = |value: &(f64, String)| self.pixel(value.0).is_some();
         let values = match self.spacing {
-            Spacing::Logarithmic => self.powers(),
-            _ => {
-                let step = round_above((self.high - self.low) / TICKS);
-                let first = (self.low / step).ceil();
-                let most = self.low.abs().max(self.high.abs());
-                let values = (0..=2 * TICKS as u32).map(|k| (first + f64::from(k)) * step);
-                values.map(|value| (value, label(value, step, most))).collect()
+            Spacing::Logarithmic => {
+                let powers = self.powers();
+                // Within less than a decade there may be hardly any.
+                match powers.iter().filter(|power| is_seen(power)).count() {
+                    0..3 => steps(10f64.powf(self.low), 10f64.powf(self.high)),
+                    _ => powers,
+                }
             }
+            _ => steps(self.low, self.high),
         };
         let ticks = values.into_iter();
         ticks
@@ -261,6 +263,17 @@ impl Scale {
             .map(|(digit, decade)| (f64::from(digit) * 10f64.powi(decade), power_label(digit, decade)))
             .collect()
     }
+}
+
+/// A few round numbers from `low` to `high`.
+fn steps(low: f64, high: f64) -> Vec<(f64, String)> {
+    let step = round_above((high - low) / TICKS);
+    let first = (low / step).ceil();
+    let values = (0..=2 * TICKS as u32).map(|k| (first + f64::from(k)) * step);
+    let values = values.take_while(|value| *value <= high);
+    values
+        .map(|value| (value, label(value, step, low.abs().max(high.abs()))))
+        .collect()
 }
 
 /// `0.02`, `500`, `20k`, `1M`, `5G`, and beyond these `1e15`.
@@ -296,8 +309,10 @@ fn line_style(line: &Line) -> String {
 fn begin(title: &str, subtitle: &str) -> Svg {
     let mut svg = Svg::new(WIDTH as u32, HEIGHT as u32, title);
     svg.raw("<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>");
-    svg.text((LEFT, 34.0), TITLE_TEXT, Anchor::Start, &fill(INK), title);
-    svg.text((LEFT, 58.0), TEXT, Anchor::Start, &fill(GREY), subtitle);
+    for (text, y, size, colour) in [(title, 34.0, TITLE_TEXT, INK), (subtitle, 58.0, TEXT, GREY)] {
+        let size = fitted_text(text, size, WIDTH - LEFT - RIGHT);
+        svg.text((LEFT, y), size, Anchor::Start, &fill(colour), text);
+    }
     svg
 }
 
@@ -382,6 +397,7 @@ mod tests {
         );
         assert_eq!(labels(Spacing::Logarithmic, 1e-3, 1e5)[..2], ["0.001", "0.01"]);
         assert_eq!(labels(Spacing::Logarithmic, 1e-9, 1e20)[0], "1e\u{2212}10");
+        assert_eq!(labels(Spacing::Logarithmic, 1.1, 1.9)[..2], ["1.1", "1.2"]);
         // One number, or none, is a chart too.
         for spacing in [Spacing::FromZero, Spacing::Fitted, Spacing::Logarithmic] {
             assert!((1..=14).contains(&labels(spacing, 5.0, 5.0).len()));

@@ -3,7 +3,7 @@
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::store::{Directory, KdNode};
 
-use super::axis::text_width;
+use super::axis::{fitted_text, text_width};
 use super::page::{Page, TICK_TEXT};
 use super::scene::Scene;
 use super::svg::{Anchor, Path, Svg, UNITS};
@@ -64,7 +64,8 @@ pub(super) fn draw_frame(svg: &mut Svg, page: &Page, title: &str, subtitle: &str
     svg.raw("<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>");
     let f = page.frame;
     let (left, baseline) = (f.min_x, f.min_y);
-    svg.text((left, baseline - 42.0), 26.0, Anchor::Start, &fill(INK), title);
+    let size = fitted_text(title, 26.0, f.size().0);
+    svg.text((left, baseline - 42.0), size, Anchor::Start, &fill(INK), title);
     svg.text((left, baseline - 15.0), 16.0, Anchor::Start, &fill(GREY), subtitle);
     let (width, height) = f.size();
     let place = format!(

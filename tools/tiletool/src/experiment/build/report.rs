@@ -76,7 +76,8 @@ impl Page<'_> {
              `{}`\n\n\
              Measured with tiletool {} on {}. `tiletool build` had {} and {} threads; {}. Each build is a process of its own, from reading the raw points \
              to the finished file; the input was thrown out of the page cache before. spade (and `triangle`, where it is installed) read the same file and triangulate in memory: \
-             they keep nothing, so they write nothing. All processes are in [builds.csv](builds.csv).\n\n\
+             they keep nothing, so they write nothing. All processes are in [builds.csv](builds.csv), with \
+             `off_cpu_seconds`, the time less the processor time, which is what a program of one thread has as its I/O time.\n\n\
              *CPU* is processor time of all threads. *Waited* is how long computing threads stood still for the disk, all added up: the \
              part of the I/O that was not overlapped. Bytes are those that the program read and wrote: input, work files, tiles. *Seam* is the share of \
              the vertices that tiles hand up, *border* that of the triangles that a merge settles, *held* that of the triangles that segments hold back. \
@@ -99,7 +100,10 @@ impl Page<'_> {
             None => "Delaunay triangulation".to_owned(),
             Some(alpha) => format!("Constrained Delaunay triangulation, α = {alpha}"),
         };
-        let stem = if alpha.is_none() { "dt" } else { "cdt" };
+        let (stem, short) = match alpha {
+            None => ("dt", "DT".to_owned()),
+            Some(alpha) => ("cdt", format!("CDT, α = {alpha}")),
+        };
         self.text += &format!("\n## {what}, against the number of points\n\n");
         let data = self.of_each_kind(|kind| {
             let sizes = self.measured.plan.sizes.iter();
@@ -118,7 +122,7 @@ impl Page<'_> {
         let times = self.lines(&data, &self.engines(), seconds, by_points);
         self.picture(
             &format!("{stem}-time"),
-            &format!("{what}: time"),
+            &format!("{short}: time"),
             x(),
             Dimension::logarithmic("seconds"),
             times,
@@ -127,16 +131,16 @@ impl Page<'_> {
         parts.extend(self.lines_of_ours(&data, "waited", 1, Record::waited, by_points));
         self.picture(
             &format!("{stem}-parts"),
-            &format!("{what}: processor time and waiting for the disk"),
-            x(),
-            Dimension::logarithmic("seconds, all threads together"),
+            &format!("{short}: processor time and waiting for the disk"),
+            Dimension::from_zero("points"),
+            Dimension::from_zero("seconds, all threads together"),
             parts,
         )?;
         let mut bytes = self.lines_of_ours(&data, "read", 0, read, by_points);
         bytes.extend(self.lines_of_ours(&data, "written", 1, written, by_points));
         self.picture(
             &format!("{stem}-bytes"),
-            &format!("{what}: bytes read and written"),
+            &format!("{short}: bytes read and written"),
             x(),
             Dimension::logarithmic("MiB"),
             bytes,
@@ -147,7 +151,7 @@ impl Page<'_> {
         }
         self.picture(
             &format!("{stem}-shares"),
-            &format!("{what}: what goes up from the tiles"),
+            &format!("{short}: what goes up from the tiles"),
             x(),
             Dimension::from_zero("% of vertices (seam) or triangles (held)"),
             shares,
@@ -155,7 +159,7 @@ impl Page<'_> {
         let memory = self.lines(&data[..1], &self.engines(), peak, by_points);
         self.picture(
             &format!("{stem}-memory"),
-            &format!("{what}: peak of resident memory"),
+            &format!("{short}: peak of resident memory"),
             x(),
             Dimension::logarithmic("MiB"),
             memory,

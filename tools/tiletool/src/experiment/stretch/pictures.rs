@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use anyhow::Context;
-use delaunay_tiles::geometry::Point;
+use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::query::{PathOutcome, QueryOptions};
 use delaunay_tiles::store::{TileReader, VertexId};
 use futures::{StreamExt, TryStreamExt, stream};
@@ -75,7 +75,7 @@ pub async fn figures(
     add("islands", "Obstacles", caption, vec![map.land(), map.shore(1.0)]);
     let is_small = map.points.len() as u64 <= graph_vertices;
     if is_small {
-        let sights = sights(reader, &map.points, at_once).await?;
+        let sights = sights(reader, map.points, at_once).await?;
         let caption = format!("{} pairs of vertices see each other", thousands(sights.len() as u64));
         let lines = Layer {
             name: "lines of sight",
@@ -140,8 +140,9 @@ pub async fn figures(
     }
     if let Some(worst) = worst(&drawn.pairs) {
         let [path, along] = ways(reader, worst).await?;
+        let around = Rect::around(path.iter().chain(&along).flatten().copied());
         let caption = format!(
-            "largest ratio {:.4}: {} along edges, {} at least",
+            "ratio {:.4}: {:.6} along edges, {:.6} by the shortest path",
             worst.ratio(),
             worst.cdt,
             worst.geodesic
@@ -154,6 +155,9 @@ pub async fn figures(
             });
         let layers = [map.land(), map.shore(0.5)].into_iter().chain(layers).collect();
         add("worst", "The pair with the largest ratio", caption, layers);
+        if let Some(last) = figures.drawn.last_mut() {
+            last.figure.bounds = around;
+        }
     }
     if !is_small {
         figures.notes.push(format!(
@@ -221,10 +225,17 @@ async fn sights(reader: &TileReader, points: &[Point], at_once: usize) -> anyhow
         let reader = reader.clone();
         let task = tokio::spawn(async move {
             let mut found = reader.vertices_by_distance(from, QueryOptions::default());
-            let mut seen = Vec::new();
-            while let Some(to) = found.try_next().await? {
-                let to = to.parent.is_none().then_some(to.vertex.point);
-                seen.extend(to.filter(|to| from.lex_cmp(*to).is_lt()).map(|to| [from, to]));
+            let (mut seen, mut source) = (Vec::new(), None);
+            while let Some(next) = found.try_next().await? {
+                let to = next.vertex.point;
+                if to == from {
+                    source = Some(next.vertex.id);
+                }
+                // A way to what is seen does not bend, but at the source, where it begins.
+                let is_seen = next.parent.is_none() || next.parent == source;
+                if is_seen && from.lex_cmp(to).is_lt() {
+                    seen.push([from, to]);
+                }
             }
             anyhow::Ok(seen)
         });
