@@ -28,7 +28,7 @@ mod overlay;
 mod run;
 
 use std::cmp::Ordering;
-use std::collections::{BinaryHeap, HashMap, HashSet};
+use std::collections::{BinaryHeap, HashMap};
 
 use super::ground::{Ground, SINGLE, Wedge};
 use super::star::{next, previous, side_towards};
@@ -118,9 +118,11 @@ pub(super) struct EdgeSearch {
     towards: Option<Point>,
     queue: BinaryHeap<Entry>,
     nodes: Vec<Node>,
-    settled: HashSet<[VertexId; 2]>,
+    settled: foldhash::HashSet<[VertexId; 2]>,
     /// Lengths over which vertices with one free sector wait.
-    waiting: HashMap<VertexId, f64>,
+    waiting: foldhash::HashMap<VertexId, f64>,
+    /// A disc, if nothing else is wanted than what lies in it.
+    disc: Option<(Point, f64)>,
 }
 
 impl EdgeSearch {
@@ -140,8 +142,9 @@ impl EdgeSearch {
             towards,
             queue: BinaryHeap::new(),
             nodes: Vec::new(),
-            settled: HashSet::new(),
-            waiting: HashMap::new(),
+            settled: foldhash::HashSet::default(),
+            waiting: foldhash::HashMap::default(),
+            disc: None,
         };
         let start = |within| Entry {
             length: 0.0,
@@ -177,6 +180,12 @@ impl EdgeSearch {
             within: Some(corner.within),
         }));
         this
+    }
+
+    /// From now on only vertices in a disc are wanted, and none over a longer way than this. Others are still found on the way there.
+    pub(super) fn narrow(&mut self, limit: f64, center: Point, radius: f64) {
+        self.limit = limit;
+        self.disc = Some((center, radius));
     }
 
     /// A length that all ways to what was not found yet have at least.
@@ -328,7 +337,10 @@ impl EdgeSearch {
         let from = &self.nodes[node as usize];
         let length = from.length + distance(from.point, to.point);
         let at_least = length + self.towards.map_or(0.0, |goal| distance(to.point, goal));
-        if at_least > self.limit {
+        let to_disc = self
+            .disc
+            .map_or(0.0, |(center, radius)| (distance(to.point, center) - radius).max(0.0));
+        if at_least + to_disc > self.limit {
             return;
         }
         let marks = match ground {

@@ -2,9 +2,10 @@
 
 use foldhash::{HashMap, HashMapExt, HashSet, HashSetExt};
 
+use super::Asked;
 use super::obstacles::ObstacleEdge;
-use super::statistics::Statistics;
 use crate::geometry::Point;
+use crate::query::QueryError;
 use crate::query::place::{Place, Spot};
 use crate::query::route::WayPoint;
 use crate::query::visibility::{LocalGraph, Search};
@@ -26,6 +27,9 @@ pub(super) struct Reached {
     pub(super) length: f64,
     pub(super) way: Vec<WayPoint>,
 }
+
+/// Sweeps after which others have their turn.
+const PAUSE: u64 = 64;
 
 /// Candidates and obstacle edges round a source.
 pub(super) struct Local {
@@ -117,43 +121,55 @@ impl Local {
     }
 
     /// The nearest candidates with so many sites, within a limit; all of those that are as far away as the last one.
-    pub(super) fn nearest(&self, wanted: usize, limit: f64, statistics: &mut Statistics) -> Vec<Reached> {
+    pub(super) async fn nearest(
+        &self,
+        wanted: usize,
+        limit: f64,
+        asked: &mut Asked,
+    ) -> Result<Vec<Reached>, QueryError> {
         let targets = self
             .candidates
             .iter()
             .map(|candidate| (candidate.node, candidate.sites.len()));
-        self.search(targets, wanted, limit, statistics)
+        self.search(targets.collect(), wanted, limit, asked).await
     }
 
     /// The target of a path, if it can be reached within a limit.
-    pub(super) fn target(&self, limit: f64, statistics: &mut Statistics) -> Option<Reached> {
-        let target = self.target?;
-        self.search([(target, 1)], 1, limit, statistics).pop()
+    pub(super) async fn target(&self, limit: f64, asked: &mut Asked) -> Result<Option<Reached>, QueryError> {
+        let target = self.target.map(|target| (target, 1));
+        let found = self.search(target.into_iter().collect(), 1, limit, asked).await;
+        found.map(|mut found| found.pop())
     }
 
-    fn search(
+    async fn search(
         &self,
-        targets: impl IntoIterator<Item = (u32, usize)>,
+        targets: Vec<(u32, usize)>,
         wanted: usize,
         limit: f64,
-        statistics: &mut Statistics,
-    ) -> Vec<Reached> {
+        asked: &mut Asked,
+    ) -> Result<Vec<Reached>, QueryError> {
+        asked.clock.lap("collect");
         if wanted == 0 {
-            return Vec::new();
+            return Ok(Vec::new());
         }
         let mut search = Search::new(&self.graph, self.source, targets, wanted, limit);
-        let found = search.run();
+        while !search.go(PAUSE) {
+            asked.pause().await?;
+        }
+        let statistics = &mut asked.statistics;
         statistics.candidates = self.candidates.len() as u64;
         statistics.edges_kept = self.known.len() as u64;
         statistics.graph_nodes = self.graph.node_count() as u64;
         statistics.rounds += 1;
         statistics.nodes_swept += search.swept;
         statistics.graph_edges += search.links;
-        let reached = found.iter().map(|found| Reached {
+        let reached = search.found().iter().map(|found| Reached {
             candidate: self.at.get(&found.node).copied().unwrap_or(usize::MAX),
             length: found.length,
             way: search.way(found),
         });
-        reached.collect()
+        let reached = reached.collect();
+        asked.clock.lap("graph");
+        Ok(reached)
     }
 }

@@ -14,8 +14,9 @@
 //! ```
 //!
 //! However: C is known when all candidates are. No site that is farther away than r as the crow flies is one; with c, the longest of the
-//! rest, the ends lie within t·(r + (r+c)/2), which is l₂ where c = l₁ and mostly much less. And an edge that is farther away
-//! than r as the crow flies is on no path of length r. Whole edges count, not obstacles.
+//! rest, the ends lie within t·(r + (r+c)/2), which is l₂ where c = l₁ and mostly much less, and within (r+c)/2 as the crow flies,
+//! so that the search need not go where no way to there is short enough. And an edge that is farther away than r as the crow flies
+//! is on no path of length r. Whole edges count, not obstacles.
 
 use foldhash::{HashMap, HashSet};
 
@@ -156,7 +157,9 @@ impl Walk {
             }
         };
         let count = self.collected.sites.len();
-        let l2 = stretch * (from_corner + 0.5 * (from_corner + longest));
+        let half_loop = 0.5 * (from_corner + longest);
+        let l2 = stretch * (from_corner + half_loop);
+        self.run.search.narrow(l2 * MARGIN, at, half_loop * MARGIN);
         self.go(l2, usize::MAX).await?;
         let mut local = Local::new(&asked.source, target);
         for edge in self.collected.edges.values() {
@@ -269,8 +272,7 @@ pub(super) async fn sites(
         Wanted::Within(radius) => radius,
         Wanted::Nearest(_) => radius * MARGIN,
     };
-    let found = local.nearest(wanted.count(), limit, &mut asked.statistics);
-    asked.clock.lap("graph");
+    let found = local.nearest(wanted.count(), limit, asked).await?;
     Ok((local, found))
 }
 
@@ -288,7 +290,6 @@ pub(super) async fn path(asked: &mut Asked, stretch: f64, to: &Place) -> Result<
     let longest = Longest::Of(to, length + walk.gap);
     let local = walk.gather(asked, stretch, length, longest).await?;
     walk.finish(asked);
-    let found = local.target(length * MARGIN, &mut asked.statistics);
-    asked.clock.lap("graph");
+    let found = local.target(length * MARGIN, asked).await?;
     Ok(found)
 }

@@ -150,9 +150,7 @@ pub(super) async fn sites(asked: &mut Asked, wanted: Wanted) -> Result<(Local, V
     };
     let count = wanted.count();
     loop {
-        asked.clock.lap("collect");
-        let found = local.nearest(count, wanted.limit(), &mut asked.statistics);
-        asked.clock.lap("graph");
+        let found = local.nearest(count, wanted.limit(), asked).await?;
         asked.pause().await?;
         let farthest = found.last().map_or(0.0, |found| found.length);
         if legs.walk(asked, &mut local, &found, farthest).await? {
@@ -181,9 +179,7 @@ pub(super) async fn path(asked: &mut Asked, to: &Place) -> Result<Option<Reached
     let mut local = Local::new(&asked.source, Some(to));
     let mut legs = Legs { walked: HashSet::new() };
     loop {
-        asked.clock.lap("collect");
-        let found = local.target(f64::INFINITY, &mut asked.statistics);
-        asked.clock.lap("graph");
+        let found = local.target(f64::INFINITY, asked).await?;
         asked.pause().await?;
         let Some(found) = found else { return Ok(None) };
         if !legs

@@ -82,9 +82,7 @@ pub(super) async fn sites(asked: &mut Asked, wanted: Wanted) -> Result<(Local, V
         Wanted::Nearest(count) => disc.grow_to(asked, count).await?,
     }
     loop {
-        asked.clock.lap("collect");
-        let found = disc.local.nearest(count, wanted.limit(), &mut asked.statistics);
-        asked.clock.lap("graph");
+        let found = disc.local.nearest(count, wanted.limit(), asked).await?;
         asked.pause().await?;
         if matches!(wanted, Wanted::Within(_)) {
             return Ok((disc.local, found));
@@ -113,9 +111,7 @@ pub(super) async fn path(asked: &mut Asked, to: &Place) -> Result<Option<Reached
     let mut radius = distance(asked.source.point, to.point);
     loop {
         disc.grow(asked, radius).await?;
-        asked.clock.lap("collect");
-        let found = disc.local.target(f64::INFINITY, &mut asked.statistics);
-        asked.clock.lap("graph");
+        let found = disc.local.target(f64::INFINITY, asked).await?;
         asked.pause().await?;
         match found {
             Some(found) if found.length > radius => radius = found.length,

@@ -67,6 +67,11 @@ pub(in crate::query) struct Search<'g> {
     sweep: Sweep,
     /// Nodes in the open that are looked for.
     points: Vec<u32>,
+    /// How many there are of those that are wanted, at all targets.
+    there: usize,
+    /// The targets that were found, and how many are at them.
+    found: Vec<Found>,
+    count: usize,
     /// Nodes that were swept.
     pub(in crate::query) swept: u64,
     /// Nodes that those saw: edges of the visibility graph.
@@ -109,10 +114,14 @@ impl<'g> Search<'g> {
             queue: BinaryHeap::new(),
             sweep: Sweep::default(),
             points: Vec::new(),
+            there: 0,
+            found: Vec::new(),
+            count: 0,
             swept: 0,
             links: 0,
         };
         for (node, count) in targets {
+            this.there += count;
             let place = &mut this.target_at[node as usize];
             if *place != NONE {
                 this.targets[*place as usize].count += count;
@@ -133,22 +142,29 @@ impl<'g> Search<'g> {
         this
     }
 
-    /// The targets that are nearest, in order; all of those that are as far away as the last one.
-    pub(in crate::query) fn run(&mut self) -> Vec<Found> {
-        let (mut found, mut count) = (Vec::new(), 0);
-        self.reach_target(self.source, 0.0, NONE);
-        self.sweep_from(self.source, Range::All, 0.0, NONE);
-        while let Some(Reverse((bits, what))) = self.queue.pop() {
+    /// Goes on for so many sweeps, or to the end; returns whether that is reached.
+    pub(in crate::query) fn go(&mut self, sweeps: u64) -> bool {
+        if self.swept == 0 {
+            self.reach_target(self.source, 0.0, NONE);
+            self.sweep_from(self.source, Range::All, 0.0, NONE);
+        }
+        let end = self.swept.saturating_add(sweeps);
+        while self.swept < end {
+            let Some(Reverse((bits, what))) = self.queue.pop() else {
+                return true;
+            };
             let length = f64::from_bits(bits);
-            if length > self.limit || count >= self.wanted && found.last().is_some_and(|f: &Found| f.length < length) {
-                break;
+            let is_enough = self.count >= self.wanted && self.found.last().is_some_and(|found| found.length < length);
+            if length > self.limit || is_enough {
+                self.queue.clear();
+                return true;
             }
             match what.checked_sub(self.turns.len() as u32) {
                 Some(target) => {
                     let target = &mut self.targets[target as usize];
                     if !std::mem::replace(&mut target.is_found, true) {
-                        count += target.count;
-                        found.push(Found {
+                        self.count += target.count;
+                        self.found.push(Found {
                             node: target.node,
                             length,
                             turn: target.turn,
@@ -158,7 +174,12 @@ impl<'g> Search<'g> {
                 None => self.settle(what, length),
             }
         }
-        found
+        false
+    }
+
+    /// The targets that are nearest, in order; all of those that are as far away as the last one.
+    pub(in crate::query) fn found(&self) -> &[Found] {
+        &self.found
     }
 
     /// The way to a target: the source, the nodes at which it turns, and the target.
@@ -253,6 +274,9 @@ impl<'g> Search<'g> {
 
     /// What is farther away than as many targets as are wanted need not be looked at.
     fn lower_limit(&mut self) {
+        if self.there < self.wanted {
+            return;
+        }
         let mut near: Vec<(f64, usize)> = Vec::new();
         near.extend(
             self.targets

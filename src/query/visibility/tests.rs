@@ -224,10 +224,11 @@ fn check(scene: &Scene) {
             usize::MAX,
             f64::INFINITY,
         );
-        let found = search.run();
+        while !search.go(1) {}
+        let found = search.found();
         assert!(found.is_sorted_by(|a, b| a.length <= b.length));
         assert_eq!(found.len(), expected.iter().filter(|length| length.is_finite()).count());
-        for found in &found {
+        for found in found {
             let expected = expected[found.node as usize];
             assert!(
                 (found.length - expected).abs() <= 1e-12 * expected,
@@ -248,9 +249,10 @@ fn check(scene: &Scene) {
         for (wanted, limit) in [(found.len() / 2 + 1, f64::INFINITY), (usize::MAX, middle.length)] {
             let mut search = Search::new(&graph, node, (0..count).map(|node| (node, 1)), wanted, limit);
             let expected = found.iter().filter(|found| found.length <= middle.length);
+            assert!(search.go(u64::MAX));
             assert!(
                 search
-                    .run()
+                    .found()
                     .iter()
                     .map(|found| found.length)
                     .eq(expected.map(|found| found.length))
@@ -335,7 +337,8 @@ fn an_obstacle_is_not_entered() {
         graph.add_edge([(corner, None), (corners[(i + 1) % 4], None)], [false, true]);
     }
     let mut search = Search::new(&graph, 0, [(2, 1)], 1, f64::INFINITY);
-    let found = search.run();
+    assert!(search.go(u64::MAX));
+    let found = search.found();
     assert_eq!(found.iter().map(|found| found.length).collect::<Vec<_>>(), [8.0]);
     assert_eq!(search.way(&found[0]).len(), 3);
 }
