@@ -12,7 +12,7 @@ use crate::lines::{LineFiles, Lines};
 
 /// Make lines constraints of a tile file that is there already.
 ///
-/// The ends of the lines must be vertices of the file, and no line may cross another or a constraint of the file. What changes is
+/// The ends of the lines become vertices, which must lie within the hull; no line may cross another or a constraint. What changes is
 /// written behind the end of the file, and comes into force at once when all is there; until then, and for those who have the
 /// file open, it is as it was. The triangles are those of a build with the lines from the start. What is replaced stays in the file as
 /// unused bytes until `tiletool compact` writes it anew.

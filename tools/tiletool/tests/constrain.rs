@@ -63,7 +63,7 @@ fn mistakes() {
     for (args, says) in [
         ("constrain points.tiles", "there are no lines"),
         ("constrain points.tiles --segments off.csv", "off.csv"),
-        ("constrain points.tiles --segments off.csv", "no vertex"),
+        ("constrain points.tiles --segments off.csv", "outside the hull"),
         ("constrain points.tiles --segments empty.csv", "no lines in these files"),
         ("constrain islands.geojson --segments off.csv", "it is no tile file"),
         ("constrain nothing.tiles --segments off.csv", "nothing.tiles"),
