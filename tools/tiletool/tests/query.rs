@@ -284,16 +284,31 @@ fn matrices() {
     let all = town.query("matrix", &["--batch", "a.csv", "--json"]);
     let all: Vec<Value> = all.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(all.len(), 9);
-    assert_eq!((&all[0]["distance"], &all[2]["distance"]), (&json!(0.0), &all[6]["distance"]));
+    assert_eq!(
+        (&all[0]["distance"], &all[2]["distance"]),
+        (&json!(0.0), &all[6]["distance"])
+    );
     assert_eq!(all[1]["nearest_free"].as_array().map(Vec::len), Some(2));
     let sites = town.query("matrix", &["--from-file", "a.csv", "--sites"]);
     assert_eq!(sites.lines().count(), 12);
     assert!(
-        sites.starts_with("0 (-4, -4) to baker (0, 3): ") && sites.contains("2 (4, 4) to inner (-2.5, 2.5): no way leads"),
+        sites.starts_with("0 (-4, -4) to baker (0, 3): ")
+            && sites.contains("2 (4, 4) to inner (-2.5, 2.5): no way leads"),
         "{sites}"
     );
     for args in [&[][..], &["--from-file", "a.csv"], &["--batch", "gone.csv"]] {
         town.run(1, &[&["query", "matrix", "town.tiles"], args].concat());
     }
-    town.run(2, &["query", "matrix", "town.tiles", "--batch", "a.csv", "--from-file", "a.csv"]);
+    town.run(
+        2,
+        &[
+            "query",
+            "matrix",
+            "town.tiles",
+            "--batch",
+            "a.csv",
+            "--from-file",
+            "a.csv",
+        ],
+    );
 }

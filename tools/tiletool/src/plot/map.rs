@@ -9,18 +9,18 @@ use super::scene::Scene;
 use super::svg::{Anchor, Path, Svg, UNITS};
 use crate::common::thousands;
 
-const INK: &str = "#23313d";
-const GREY: &str = "#66727c";
-const PAPER: &str = "#fcfbf8";
+pub const INK: &str = "#23313d";
+pub const GREY: &str = "#66727c";
+pub const PAPER: &str = "#fcfbf8";
 const EDGE: &str = "#5f7f99";
-const EDGE_THINNED: &str = "#93abbd";
+pub const EDGE_THINNED: &str = "#93abbd";
 const HULL: &str = "#1f4e6f";
 const BORDER: &str = "#f5dfb8";
 const CELL: &str = "#c8452f";
-const CONSTRAINT: &str = "#2f7d4f";
-const WALL: &str = "#4a2c1d";
-const HOLE: &str = "#cfd3d6";
-const SITE: &str = "#a8327a";
+pub const CONSTRAINT: &str = "#2f7d4f";
+pub const WALL: &str = "#4a2c1d";
+pub const HOLE: &str = "#cfd3d6";
+pub const SITE: &str = "#a8327a";
 
 /// The most points that are drawn as dots over their triangles.
 const DOTS: usize = 2000;
@@ -78,21 +78,21 @@ pub fn draw(name: &str, directory: &Directory, scene: &Scene, page: &Page) -> St
     svg.finish()
 }
 
-fn fill(colour: &str) -> String {
+pub fn fill(colour: &str) -> String {
     format!("fill=\"{colour}\"")
 }
 
-fn stroke(colour: &str, width: f64) -> String {
+pub fn stroke(colour: &str, width: f64) -> String {
     format!("stroke=\"{colour}\" stroke-width=\"{:.1}\"", width * UNITS)
 }
 
 /// A sign and what it stands for.
-struct Entry {
-    sign: Sign,
-    text: &'static str,
+pub struct Entry {
+    pub sign: Sign,
+    pub text: &'static str,
 }
 
-enum Sign {
+pub enum Sign {
     Line(&'static str, f64),
     Dot(&'static str),
     Patch(&'static str),
@@ -240,7 +240,7 @@ fn draw_labels(svg: &mut Svg, directory: &Directory, page: &Page) {
     }
 }
 
-fn draw_axes(svg: &mut Svg, page: &Page) {
+pub fn draw_axes(svg: &mut Svg, page: &Page) {
     let f = page.frame;
     let (x, y) = ((f.min_x + f.max_x) / 2.0, (f.min_y + f.max_y) / 2.0);
     let mut path = Path::default();
@@ -273,7 +273,7 @@ fn draw_axes(svg: &mut Svg, page: &Page) {
     }
 }
 
-fn draw_legend(svg: &mut Svg, entries: &[Entry], (mut x, y): (f64, f64)) {
+pub fn draw_legend(svg: &mut Svg, entries: &[Entry], (mut x, y): (f64, f64)) {
     let (middle, size) = (y - 5.0, 15.0);
     for Entry { sign, text } in entries {
         let end = x + 30.0;
@@ -337,7 +337,7 @@ fn counted(number: u64, one: &str, many: &str) -> String {
 }
 
 /// A name that is not too long for a line, its middle left out.
-fn middle_cut(name: &str) -> String {
+pub fn middle_cut(name: &str) -> String {
     let characters: Vec<char> = name.chars().collect();
     if characters.len() <= NAME {
         return name.to_owned();

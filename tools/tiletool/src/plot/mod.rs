@@ -7,6 +7,7 @@ mod axis;
 mod map;
 mod page;
 mod png;
+mod query;
 mod scene;
 mod svg;
 
@@ -21,6 +22,7 @@ use serde::Serialize;
 
 use crate::common::{bytes, thousands};
 use page::Page;
+pub use query::Overlay;
 use scene::Scene;
 
 /// A picture's file, whose name says which kind it is.
@@ -88,15 +90,10 @@ pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotte
         .file_name()
         .unwrap_or_default()
         .to_string_lossy();
-    let svg = map::draw(&name, directory, &scene, &page);
-    let picture = match file.kind {
-        Kind::Svg => svg.into_bytes(),
-        Kind::Png => png::render(&svg)?,
-    };
-    write(&file.path, &picture).with_context(|| format!("{}: cannot write the map", file.path.display()))?;
+    let bytes = save(file, map::draw(&name, directory, &scene, &page))?;
     Ok(Plotted {
         file: file.path.display().to_string(),
-        bytes: picture.len() as u64,
+        bytes,
         width: page.width,
         height: page.height,
         thinned: scene.thinned,
@@ -104,6 +101,27 @@ pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotte
         triangles: scene.triangles,
         peak_memory_bytes: peak_memory(),
     })
+}
+
+/// Draws the answer to a query.
+pub async fn draw_query(reader: &TileReader, file: &PlotFile, overlay: &Overlay) -> anyhow::Result<()> {
+    let page = Page::new(overlay.window(reader.directory().metadata.bounds))?;
+    let name = Path::new(reader.name())
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy();
+    save(file, query::draw(reader, &name, overlay, &page).await?)?;
+    Ok(())
+}
+
+/// Writes a picture: its bytes.
+fn save(file: &PlotFile, svg: String) -> anyhow::Result<u64> {
+    let picture = match file.kind {
+        Kind::Svg => svg.into_bytes(),
+        Kind::Png => png::render(&svg)?,
+    };
+    write(&file.path, &picture).with_context(|| format!("{}: cannot write the map", file.path.display()))?;
+    Ok(picture.len() as u64)
 }
 
 /// Writes a file that appears under its name when it is complete.

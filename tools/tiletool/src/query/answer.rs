@@ -1,9 +1,10 @@
 //! What a query comes to, as far as it is printed.
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{Location, Near, Path, QueryError, SiteFound};
+use delaunay_tiles::query::{AlongInterval, Location, Near, Path, QueryError, SiteFound};
 use delaunay_tiles::store::VertexId;
 
+use super::area::Polygon;
 use super::batch::Question;
 
 /// How a query ended.
@@ -44,6 +45,8 @@ pub struct Answer {
     pub question: Question,
     pub status: Status,
     pub found: Found,
+    /// The area within reach, if it was asked for.
+    pub area: Option<Vec<Polygon>>,
 }
 
 /// What was found.
@@ -53,6 +56,7 @@ pub enum Found {
     Near(Vec<Near>),
     Sites(Vec<SiteFound>),
     Path(Option<Path>),
+    Along(Vec<AlongInterval>),
 }
 
 /// What a point lies on or in, and the numbers of the vertices there.

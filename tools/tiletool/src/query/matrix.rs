@@ -118,7 +118,9 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
         let reader = TileReader::open(&args.file, OpenOptions::default().cache(&cache)).await?;
         let from = match args.from_file.as_ref().or(args.batch.as_ref()) {
             Some(path) => Ends::read(path)?,
-            None => bail!("no points are given; give --from-file A.csv with --to-file B.csv or --sites, or --batch FILE.csv"),
+            None => bail!(
+                "no points are given; give --from-file A.csv with --to-file B.csv or --sites, or --batch FILE.csv"
+            ),
         };
         let to = match &args.to_file {
             _ if args.sites => Ends::sites(&reader).await?,
