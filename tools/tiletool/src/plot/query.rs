@@ -4,7 +4,8 @@ use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::store::{Across, Tile, TileId, TileReader};
 
 use super::map::{
-    self, CONSTRAINT, EDGE_THINNED, Entry, GREY, HOLE, INK, PAPER, SITE, Sign, WALL, draw_axes, draw_legend, fill, stroke,
+    self, CONSTRAINT, EDGE_THINNED, Entry, GREY, HOLE, INK, PAPER, SITE, Sign, WALL, draw_axes, draw_legend, fill,
+    stroke,
 };
 use super::page::Page;
 use super::svg::{Anchor, Path, Svg, UNITS};
@@ -12,6 +13,8 @@ use super::svg::{Anchor, Path, Svg, UNITS};
 const EXPLORED: &str = "#d6e6f5";
 const EXPLORED_EDGE: &str = "#9dbbd8";
 const AREA: &str = "#f0b23e";
+/// As it looks on paper.
+const AREA_SEEN: &str = "#f7dfb5";
 const AREA_EDGE: &str = "#b06f00";
 const WAY: &str = "#d1352b";
 const START: &str = "#1f4fa8";
@@ -22,6 +25,8 @@ const INTERVALS: [&str; 6] = ["#1b7f79", "#d1352b", "#6a4fb3", "#c77f0a", "#2f6f
 const SMALL: f64 = 0.35;
 /// With more triangles in the frame their edges are left out.
 const MESH: u64 = 12_000;
+/// More paths than these are drawn finely.
+const FEW: usize = 12;
 /// So many sites have their rank beside them.
 const RANKS: usize = 40;
 
@@ -58,7 +63,12 @@ impl Overlay {
         }
         let (seen_width, seen_height) = seen.size();
         let room = (0.12 * seen_width.max(seen_height)).max(0.01 * width.max(height));
-        Rect::new(seen.min_x - room, seen.min_y - room, seen.max_x + room, seen.max_y + room)
+        Rect::new(
+            seen.min_x - room,
+            seen.min_y - room,
+            seen.max_x + room,
+            seen.max_y + room,
+        )
     }
 }
 
@@ -139,7 +149,10 @@ pub async fn draw(reader: &TileReader, name: &str, overlay: &Overlay, page: &Pag
     svg.text(at(42.0), 26.0, Anchor::Start, &fill(INK), &name);
     svg.text(at(15.0), 16.0, Anchor::Start, &fill(GREY), &overlay.title);
     let (width, height) = f.size();
-    let place = format!("x=\"{}\" y=\"{}\" width=\"{width}\" height=\"{height}\"", f.min_x, f.min_y);
+    let place = format!(
+        "x=\"{}\" y=\"{}\" width=\"{width}\" height=\"{height}\"",
+        f.min_x, f.min_y
+    );
     svg.raw(&format!("<clipPath id=\"frame\"><rect {place}/></clipPath>"));
     let exterior_is_hole = reader.directory().metadata.exterior_is_hole;
     let base = if exterior_is_hole { HOLE } else { PAPER };
@@ -154,7 +167,9 @@ pub async fn draw(reader: &TileReader, name: &str, overlay: &Overlay, page: &Pag
     svg.raw("</g>");
     draw_ranks(&mut svg, overlay, page);
     svg.raw("</g>");
-    svg.raw(&format!("<rect {place} fill=\"none\" stroke=\"{INK}\" stroke-width=\"1.2\"/>"));
+    svg.raw(&format!(
+        "<rect {place} fill=\"none\" stroke=\"{INK}\" stroke-width=\"1.2\"/>"
+    ));
     draw_axes(&mut svg, page);
     draw_legend(&mut svg, &legend, (f.min_x, f.max_y + 58.0));
     Ok(svg.finish())
@@ -178,15 +193,20 @@ fn draw_ground(svg: &mut Svg, ground: &Ground, overlay: &Overlay, page: &Page, e
         legend.push(Entry { sign, text });
     }
     if ground.triangles <= MESH {
-        svg.path(&ground.edges, &format!("{} stroke-opacity=\"0.45\"", stroke(EDGE_THINNED, 0.5)));
+        svg.path(
+            &ground.edges,
+            &format!("{} stroke-opacity=\"0.45\"", stroke(EDGE_THINNED, 0.5)),
+        );
     }
     if overlay.explored.len() as u64 <= MESH {
         svg.path(&explored, &stroke(EXPLORED_EDGE, 0.6));
     }
     svg.path(&ground.holes, &solid(HOLE));
+    // The more there is to see, the finer the lines.
+    let line = if ground.triangles <= MESH / 2 { 1.6 } else { 0.9 };
     for (path, colour, width, text) in [
-        (&ground.breaks, CONSTRAINT, 1.0, "break lines"),
-        (&ground.walls, WALL, 1.6, "walls"),
+        (&ground.breaks, CONSTRAINT, 0.6 * line, "break lines"),
+        (&ground.walls, WALL, line, "walls"),
     ] {
         if !path.is_empty() {
             svg.path(path, &stroke(colour, width));
@@ -196,7 +216,10 @@ fn draw_ground(svg: &mut Svg, ground: &Ground, overlay: &Overlay, page: &Page, e
     }
     if !ground.holes.is_empty() || exterior_is_hole {
         let sign = Sign::Patch(HOLE);
-        legend.push(Entry { sign, text: "obstacles" });
+        legend.push(Entry {
+            sign,
+            text: "obstacles",
+        });
     }
     legend
 }
@@ -208,10 +231,17 @@ fn draw_found(svg: &mut Svg, overlay: &Overlay, page: &Page) -> Vec<Entry> {
         areas.polygon(ring.iter().map(|&p| page.pixel(p)));
     }
     if !areas.is_empty() {
-        let style = format!("{} fill-opacity=\"0.38\" fill-rule=\"evenodd\" {}", fill(AREA), stroke(AREA_EDGE, 1.6));
+        let style = format!(
+            "{} fill-opacity=\"0.38\" fill-rule=\"evenodd\" {}",
+            fill(AREA),
+            stroke(AREA_EDGE, 1.6)
+        );
         svg.path(&areas, &style);
-        let sign = Sign::Patch(AREA);
-        legend.push(Entry { sign, text: "within reach" });
+        let sign = Sign::Patch(AREA_SEEN);
+        legend.push(Entry {
+            sign,
+            text: "within reach",
+        });
     }
     let mut paths = Path::default();
     for path in &overlay.paths {
@@ -224,9 +254,10 @@ fn draw_found(svg: &mut Svg, overlay: &Overlay, page: &Page) -> Vec<Entry> {
         }
     }
     if !paths.is_empty() {
-        svg.path(&paths, &stroke("#fff", 5.5));
-        svg.path(&paths, &stroke(WAY, 2.8));
-        let sign = Sign::Line(WAY, 2.8);
+        let width = if overlay.paths.len() <= FEW { 2.8 } else { 1.2 };
+        svg.path(&paths, &stroke("#fff", 2.0 * width));
+        svg.path(&paths, &stroke(WAY, width));
+        let sign = Sign::Line(WAY, width);
         let text = if overlay.paths.len() == 1 { "path" } else { "paths" };
         legend.push(Entry { sign, text });
     }
@@ -245,7 +276,10 @@ fn draw_found(svg: &mut Svg, overlay: &Overlay, page: &Page) -> Vec<Entry> {
     }
     if overlay.intervals.iter().any(|(_, number)| number.is_some()) {
         let sign = Sign::Line(INTERVALS[0], 5.0);
-        legend.push(Entry { sign, text: "same nearest sites" });
+        legend.push(Entry {
+            sign,
+            text: "same nearest sites",
+        });
     }
     for (points, colour, radius, text) in [
         (&overlay.sites, SITE, 5.0, "sites found"),

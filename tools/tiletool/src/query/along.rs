@@ -27,7 +27,11 @@ fn names(interval: &AlongInterval) -> Vec<String> {
 pub fn row(interval: &AlongInterval) -> String {
     let places = [interval.from_t, interval.to_t].map(|t| t.to_string()).join(",");
     let points = [interval.from, interval.to].map(pair).join(",");
-    format!("{places},{points},{},{}", status(interval), cell(&names(interval).join(";")))
+    format!(
+        "{places},{points},{},{}",
+        status(interval),
+        cell(&names(interval).join(";"))
+    )
 }
 
 /// An object.

@@ -42,7 +42,9 @@ impl Picture {
             Found::Near(near) => overlay.sites.extend(near.iter().map(|near| near.vertex.point)),
             Found::Sites(sites) => {
                 overlay.sites.extend(sites.iter().map(|site| site.vertex.point));
-                overlay.paths.extend(sites.iter().filter_map(|site| site.path.as_ref()).map(path_of));
+                overlay
+                    .paths
+                    .extend(sites.iter().filter_map(|site| site.path.as_ref()).map(path_of));
             }
             Found::Path(path) => overlay.paths.extend(path.iter().map(path_of)),
             Found::Along(intervals) => {
