@@ -39,14 +39,13 @@ impl AreaPiece {
                 .all(|(&a, &b)| orient2d(a, b, point) != Orientation::Clockwise)
     }
 
-    /// The outline, counter-clockwise, without its first point again at the end; empty if nothing is within reach. Arcs become lines
-    /// within the piece, which are farther from them than `tolerance` times their radius nowhere: 1e-4 makes 223 lines of a circle.
+    /// The outline, counter-clockwise, without its first point again at the end. Arcs become lines within the piece, which are
+    /// farther from them than `tolerance` times their radius nowhere: 1e-4 makes 223 lines of a circle. Empty if nothing is left then.
     /// A tolerance below 1e-9 counts as that.
     #[must_use]
     pub fn outline(&self, tolerance: f64) -> Vec<Point> {
         let step = 2.0 * (1.0 - tolerance.clamp(1e-9, 0.5)).acos();
-        let around = self.corners.iter().zip(self.corners.iter().cycle().skip(1));
-        let chords: Vec<[Point; 2]> = around.filter_map(|(&a, &b)| self.chord(a, b)).collect();
+        let chords: Vec<[Point; 2]> = self.chords().collect();
         let mut outline = Vec::new();
         if chords.is_empty() {
             if self.contains(self.root) && self.reach > 0.0 {
@@ -93,6 +92,12 @@ impl AreaPiece {
         }
     }
 
+    /// The parts of the sides that are within reach.
+    fn chords(&self) -> impl Iterator<Item = [Point; 2]> {
+        let around = self.corners.iter().zip(self.corners.iter().cycle().skip(1));
+        around.filter_map(|(&a, &b)| self.chord(a, b))
+    }
+
     /// The part of a side that is within reach.
     fn chord(&self, a: Point, b: Point) -> Option<[Point; 2]> {
         let is_near = [a, b].map(|p| distance(self.root, p) <= self.reach);
@@ -136,8 +141,8 @@ impl AreaPiece {
             reach,
             corners,
         };
-        let is_within_reach = reach > 0.0 && this.corners.len() > 2 && !this.outline(0.5).is_empty();
-        is_within_reach.then_some(this)
+        let is_within_reach = reach > 0.0 && (this.chords().next().is_some() || this.contains(root));
+        (this.corners.len() > 2 && is_within_reach).then_some(this)
     }
 }
 

@@ -3,6 +3,8 @@
 //! A query is a state machine without I/O that asks for tiles; a thin async driver feeds it through the cache.
 //!
 //! ```text
+//!   matrix, along, area                   many to many; along a line; all within reach
+//!       │
 //!   proximity ──▶ place ──▶ locate        where a query begins and ends
 //!       │
 //!       ├───────▶ wave ───▶ ground        what can be reached from there, nearest first; where one may walk

@@ -165,7 +165,10 @@ impl Run {
         let went_on = match step.map_err(|reason| self.tiles.damaged(self.tile.id(), reason))? {
             Step::Found(found) => return Ok(Some(Some(found))),
             Step::Done => return Ok(Some(None)),
-            Step::Need(id) => self.tiles.get(id).await.map(|tile| self.tile = tile),
+            Step::Need(id) => {
+                self.tiles.ask_ahead(id, || self.wave.ahead(id));
+                self.tiles.get(id).await.map(|tile| self.tile = tile)
+            }
             Step::Pause => {
                 tokio::task::yield_now().await;
                 self.tiles.check_time()

@@ -4,6 +4,8 @@ use std::collections::HashSet;
 use std::sync::Arc;
 use std::time::Instant;
 
+use tokio::task::JoinSet;
+
 use super::locate::{Locate, Step, Walked};
 use super::star::side_towards;
 use super::{Location, QueryError, QueryOptions};
@@ -12,16 +14,20 @@ use crate::store::{Metadata, Tile, TileId, TileReader, VertexId};
 
 /// Tiles that a query keeps from the cache's whims.
 const HELD: usize = 2;
+/// Tiles that are asked for ahead at once.
+const AHEAD: usize = 2;
 
 /// The tiles of a file, as one query sees them.
 pub(super) struct Tiles {
     reader: TileReader,
     /// The last ones, the very last first.
     held: Vec<Arc<Tile>>,
-    /// All that were asked for.
+    /// All that were asked for, ahead or not.
     read: HashSet<TileId>,
     max_tiles: u64,
     deadline: Option<Instant>,
+    /// What is asked for ahead, if anything was; it ends with the query.
+    ahead: Option<JoinSet<()>>,
 }
 
 impl Tiles {
@@ -32,6 +38,7 @@ impl Tiles {
             read: HashSet::new(),
             max_tiles: options.max_tiles.unwrap_or(u64::MAX),
             deadline: options.max_time.and_then(|time| Instant::now().checked_add(time)),
+            ahead: None,
         }
     }
 
@@ -77,6 +84,28 @@ impl Tiles {
         self.read.insert(id);
         self.held.insert(0, Arc::clone(&tile));
         Ok(tile)
+    }
+
+    /// Before a tile is waited for: asks for the likeliest of those that come after it, if they fit in the cache, so that they are read
+    /// at the same time. Whether that comes true changes nothing but how long it takes. Who may read few tiles reads none in vain.
+    pub(super) fn ask_ahead(&mut self, id: TileId, likely: impl FnOnce() -> Vec<TileId>) {
+        let is_here = self.held.iter().any(|tile| tile.id() == id) || self.reader.is_cached(id);
+        if is_here || self.max_tiles < u64::MAX {
+            return;
+        }
+        let ahead = self.ahead.get_or_insert_default();
+        while ahead.try_join_next().is_some() {}
+        for tile in likely() {
+            if ahead.len() >= AHEAD {
+                return;
+            }
+            if !self.read.contains(&tile) && self.reader.has_room_for(tile) {
+                self.read.insert(tile);
+                let reader = self.reader.clone();
+                // An error comes again when the tile is needed.
+                ahead.spawn(async move { drop(reader.tile(tile).await) });
+            }
+        }
     }
 
     /// The tile that was asked for last, or any.

@@ -297,6 +297,21 @@ impl TileReader {
         self.inner.cache.get_or_load(key, || inner.load(id, entry)).await
     }
 
+    /// Whether a tile is in the cache.
+    pub(crate) fn is_cached(&self, id: TileId) -> bool {
+        self.inner.cache.peek(self.inner.key(id)).is_some()
+    }
+
+    /// Whether there is such a tile, not in the cache, and it has room for it: nothing has to go.
+    pub(crate) fn has_room_for(&self, id: TileId) -> bool {
+        let cache = &self.inner.cache;
+        let Ok(entry) = self.entry(id) else { return false };
+        // In memory a tile takes about as much as in the file.
+        let bytes = 2 * (u64::from(entry.core.length) + u64::from(entry.border.length));
+        let free = cache.capacity().saturating_sub(cache.statistics().bytes);
+        bytes <= free as u64 && !self.is_cached(id)
+    }
+
     /// One tile that stays in the cache as long as the answer lives: for those who come back to it.
     ///
     /// # Errors

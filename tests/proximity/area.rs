@@ -53,11 +53,7 @@ fn a_disc_where_nothing_is_in_the_way() {
             ] {
                 for radius in [0.01, 0.5, 3.0, 25.0] {
                     let pieces = pieces(&reader, from, radius).await;
-                    assert!(
-                        pieces
-                            .iter()
-                            .all(|piece| piece.reach <= radius && piece.outline(1e-4).len() > 2)
-                    );
+                    assert!(pieces.iter().all(|piece| piece.reach <= radius));
                     let own = pieces.iter().filter(|piece| piece.root == from);
                     let sum: f64 = own.map(area).sum();
                     let disc = PI * radius * radius;

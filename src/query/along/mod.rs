@@ -124,7 +124,21 @@ impl Search {
                 anchors.push(place);
             }
         }
+        if anchors.is_empty() {
+            // Outside, and rounded into what is free only up to its border.
+            let place = Place::find(&mut tiles, at).await?;
+            if let Some(free) = place.nearest_free(&mut tiles).await? {
+                anchors.extend(Some(Place::find(&mut tiles, free).await?).filter(|place| place.is_free));
+            }
+        }
         self.tiles = Some(tiles);
+        if anchors.is_empty() {
+            let reason = format!(
+                "the line is free at ({}, {}), but no point there can be found",
+                at.x, at.y
+            );
+            return Err(QueryError::Uncertified { reason });
+        }
         Ok(anchors)
     }
 

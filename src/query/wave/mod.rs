@@ -197,6 +197,23 @@ impl Wave {
         self.roots.len()
     }
 
+    /// The tiles that it will most likely need after this one, the likeliest first.
+    pub(super) fn ahead(&self, after: TileId) -> Vec<TileId> {
+        let top = self.queue.top();
+        let mut items: Vec<(f64, TileId)> = top
+            .map(|(length, item)| (length, item.tile))
+            .filter(|&(_, tile)| tile != NOWHERE && tile != after)
+            .collect();
+        items.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut tiles: Vec<TileId> = Vec::new();
+        for (_, tile) in items {
+            if !tiles.contains(&tile) {
+                tiles.push(tile);
+            }
+        }
+        tiles
+    }
+
     /// Goes on in a tile, or says which it needs; an error says how the tile contradicts itself or others.
     pub(super) fn step(&mut self, tile: &Tile) -> Result<Step, String> {
         self.pause = PAUSE;

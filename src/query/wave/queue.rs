@@ -7,6 +7,9 @@ use std::hash::BuildHasher;
 use crate::geometry::Point;
 use crate::store::{TileId, VertexId};
 
+/// Items that are looked at for what comes soon: four levels of a heap.
+const TOP: usize = 15;
+
 /// A mark in place of a tile.
 pub(super) const NOWHERE: TileId = TileId(u32::MAX);
 
@@ -137,6 +140,12 @@ impl Queue {
 
     pub(super) fn peek(&self) -> Option<&Item> {
         self.heap.peek().map(|entry| &self.items[entry.place as usize])
+    }
+
+    /// Some of the nearest items, in no order, with their lengths: the top of the heap.
+    pub(super) fn top(&self) -> impl Iterator<Item = (f64, &Item)> {
+        let entries = self.heap.iter().take(TOP);
+        entries.map(|entry| (f64::from_bits(entry.length), &self.items[entry.place as usize]))
     }
 
     pub(super) fn pop(&mut self) -> Option<Item> {

@@ -312,3 +312,119 @@ fn matrices() {
         ],
     );
 }
+
+#[test]
+fn along_a_line() {
+    let town = Town::new();
+    let line = ["--from", "-4,0", "--to", "4,0", "-k", "1"];
+    let table = town.query("along", &[&line[..], &["--csv"]].concat());
+    let rows: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(
+        rows[0].join(","),
+        "line_from_x,line_from_y,line_to_x,line_to_y,from_t,to_t,from_x,from_y,to_x,to_y,status,sites"
+    );
+    let (first, last) = (&rows[1], &rows[rows.len() - 1]);
+    assert_eq!((first[4], last[5]), ("0", "1"));
+    // The obstacle lies between -1 and 1; its end is where the line leaves it.
+    let inside: Vec<_> = rows.iter().filter(|row| row[10] == "inside_obstacle").collect();
+    assert_eq!(inside.len(), 1);
+    assert_eq!(
+        (&inside[0][4..10], inside[0][11]),
+        (&["0.375", "0.625", "-1", "0", "1", "0"][..], "")
+    );
+    assert!(last[11].starts_with("\"far"), "{last:?}");
+
+    let found = town.json("along", &line);
+    let intervals = found["intervals"].as_array().unwrap();
+    assert_eq!(intervals.len(), rows.len() - 1);
+    assert_eq!(intervals[0]["sites"].as_array().map(Vec::len), Some(1));
+    let drawn: Value = serde_json::from_str(&town.query("along", &[&line[..], &["--geojson"]].concat())).unwrap();
+    assert_eq!(drawn["features"][0]["geometry"]["coordinates"][0], json!([-4.0, 0.0]));
+    assert!(town.query("along", &line).contains("in an obstacle"));
+    town.run(1, &["query", "along", "town.tiles"]);
+}
+
+/// Twice the area of a ring, positive if it runs counter-clockwise.
+fn doubled_area(ring: &Value) -> f64 {
+    let at = |point: &Value, axis: usize| point[axis].as_f64().unwrap();
+    let points = ring.as_array().unwrap();
+    assert!(points.len() > 3 && points.first() == points.last());
+    points
+        .windows(2)
+        .map(|pair| at(&pair[0], 0) * at(&pair[1], 1) - at(&pair[1], 0) * at(&pair[0], 1))
+        .sum()
+}
+
+#[test]
+fn areas() {
+    let town = Town::new();
+    // Round the obstacle in the middle and back to itself: a ring with a hole.
+    let args = ["--at", "0,2", "--radius", "4.5", "--area", "--geojson"];
+    let drawn: Value = serde_json::from_str(&town.query("range", &args)).unwrap();
+    let area = &drawn["features"][0];
+    assert_eq!(
+        (&area["geometry"]["type"], &area["properties"]["tolerance"]),
+        (&json!("MultiPolygon"), &json!(1e-4))
+    );
+    let polygons = area["geometry"]["coordinates"].as_array().unwrap();
+    let rings = polygons[0].as_array().unwrap();
+    assert!(doubled_area(&rings[0]) > 0.0 && rings[1..].iter().all(|ring| doubled_area(ring) < 0.0));
+    assert!(drawn["features"].as_array().unwrap().len() > 1);
+    // In the open, a disc inside the true one.
+    let args = ["--at", "3.5,0", "--radius", "0.25", "--area", "--geojson"];
+    let disc: Value = serde_json::from_str(&town.query("range", &args)).unwrap();
+    let ring = &disc["features"][0]["geometry"]["coordinates"][0][0];
+    let part = doubled_area(ring) / (2.0 * std::f64::consts::PI * 0.25 * 0.25);
+    assert!((1.0 - 2e-4..=1.0 + 1e-6).contains(&part), "{part}");
+    town.run(
+        1,
+        &["query", "range", "town.tiles", "--at", "0,2", "--radius", "1", "--area"],
+    );
+}
+
+#[test]
+fn pictures() {
+    let town = Town::new();
+    town.write("places.csv", "-4,0\n4,0\n");
+    for (what, args) in [
+        ("locate", &["--at", "0,0"][..]),
+        ("nearest", &["--at", "0,3", "-k", "2"]),
+        ("knn", &["--at", "-4,-3", "-k", "2"]),
+        ("knn", &["--batch", "places.csv"]),
+        ("range", &["--at", "0,2", "--radius", "3", "--area"]),
+        ("path", &["--from", "-2,0", "--to", "1.5,0"]),
+        ("path", &["--from", "-2,0", "--to", "-2.5,2.5"]),
+        ("along", &["--from", "-6,0", "--to", "4,1"]),
+    ] {
+        let text = town.query(what, &[args, &["--plot", "drawn.svg"]].concat());
+        assert!(!text.is_empty());
+        let drawn = fs::read_to_string(town.path("drawn.svg")).unwrap();
+        assert!(
+            drawn.starts_with("<svg") && drawn.ends_with("</svg>\n") && drawn.contains("obstacles"),
+            "{what}"
+        );
+        let paths = drawn.matches(">paths<").count() + drawn.matches(">path<").count();
+        let expects_paths = matches!(what, "knn" | "range") || text.contains("turn") || text.contains("around");
+        assert_eq!(paths == 1, expects_paths, "{what} {args:?}");
+        assert_eq!(
+            drawn.contains("triangles searched"),
+            !matches!(what, "locate" | "nearest") && !args.contains(&"--batch")
+        );
+    }
+    town.query("path", &["--from", "-2,0", "--to", "1.5,0", "--plot", "drawn.png"]);
+    assert!(fs::read(town.path("drawn.png")).unwrap().starts_with(b"\x89PNG"));
+    town.run(
+        2,
+        &[
+            "query",
+            "path",
+            "town.tiles",
+            "--from",
+            "0,3",
+            "--to",
+            "1,3",
+            "--plot",
+            "drawn.gif",
+        ],
+    );
+}

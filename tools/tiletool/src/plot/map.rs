@@ -9,18 +9,18 @@ use super::scene::Scene;
 use super::svg::{Anchor, Path, Svg, UNITS};
 use crate::common::thousands;
 
-const INK: &str = "#23313d";
-const GREY: &str = "#66727c";
-const PAPER: &str = "#fcfbf8";
+pub const INK: &str = "#23313d";
+pub const GREY: &str = "#66727c";
+pub const PAPER: &str = "#fcfbf8";
 const EDGE: &str = "#5f7f99";
-const EDGE_THINNED: &str = "#93abbd";
+pub const EDGE_THINNED: &str = "#93abbd";
 const HULL: &str = "#1f4e6f";
 const BORDER: &str = "#f5dfb8";
 const CELL: &str = "#c8452f";
-const CONSTRAINT: &str = "#2f7d4f";
-const WALL: &str = "#4a2c1d";
-const HOLE: &str = "#cfd3d6";
-const SITE: &str = "#a8327a";
+pub const CONSTRAINT: &str = "#2f7d4f";
+pub const WALL: &str = "#4a2c1d";
+pub const HOLE: &str = "#cfd3d6";
+pub const SITE: &str = "#a8327a";
 
 /// The most points that are drawn as dots over their triangles.
 const DOTS: usize = 2000;
@@ -341,7 +341,7 @@ fn counted(number: u64, one: &str, many: &str) -> String {
 }
 
 /// A name that is not too long for a line, its middle left out.
-fn middle_cut(name: &str) -> String {
+pub fn middle_cut(name: &str) -> String {
     let characters: Vec<char> = name.chars().collect();
     if characters.len() <= NAME {
         return name.to_owned();

@@ -9,6 +9,7 @@ pub mod figure;
 mod map;
 mod page;
 mod png;
+mod query;
 pub mod scene;
 mod svg;
 
@@ -23,6 +24,7 @@ use serde::Serialize;
 
 use crate::common::{bytes, thousands};
 use page::Page;
+pub use query::Overlay;
 use scene::Scene;
 
 /// A picture's file, whose name says which kind it is.
@@ -99,12 +101,10 @@ pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotte
         .file_name()
         .unwrap_or_default()
         .to_string_lossy();
-    let svg = map::draw(&name, directory, &scene, &page);
-    let picture = file.kind.encode(svg)?;
-    write(&file.path, &picture).with_context(|| format!("{}: cannot write the map", file.path.display()))?;
+    let bytes = save(file, map::draw(&name, directory, &scene, &page))?;
     Ok(Plotted {
         file: file.path.display().to_string(),
-        bytes: picture.len() as u64,
+        bytes,
         width: page.width,
         height: page.height,
         thinned: scene.thinned,
@@ -118,6 +118,24 @@ pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotte
 pub fn encode(name: &Path, svg: String) -> anyhow::Result<Vec<u8>> {
     let file = PlotFile::new(name.to_owned()).map_err(anyhow::Error::msg)?;
     file.kind.encode(svg)
+}
+
+/// Draws the answer to a query.
+pub async fn draw_query(reader: &TileReader, file: &PlotFile, overlay: &Overlay) -> anyhow::Result<()> {
+    let page = Page::new(overlay.window(reader.directory().metadata.bounds))?;
+    let name = Path::new(reader.name())
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy();
+    save(file, query::draw(reader, &name, overlay, &page).await?)?;
+    Ok(())
+}
+
+/// Writes a picture: its bytes.
+fn save(file: &PlotFile, svg: String) -> anyhow::Result<u64> {
+    let picture = file.kind.encode(svg)?;
+    write(&file.path, &picture).with_context(|| format!("{}: cannot write the map", file.path.display()))?;
+    Ok(picture.len() as u64)
 }
 
 /// Writes a file that appears under its name when it is complete.

@@ -108,6 +108,14 @@ impl Page {
         )
     }
 
+    /// What of the plane the frame shows.
+    pub fn view(&self) -> Rect {
+        let (width, height) = self.frame.size();
+        let (dx, dy) = (width / 2.0 / self.scale, height / 2.0 / self.scale);
+        let Point { x, y } = self.center;
+        Rect::new(x - dx, y - dy, x + dx, y + dy)
+    }
+
     /// The part of a cell within the frame, in pixels; its sides may be at infinity.
     pub fn cell(&self, cell: Rect) -> Rect {
         let (left, top) = self.pixel(Point::new(cell.min_x, cell.max_y));

@@ -90,6 +90,11 @@ pub struct Path {
 }
 
 impl Path {
+    /// Whether there is nothing in it.
+    pub fn is_empty(&self) -> bool {
+        self.data.is_empty()
+    }
+
     /// Starts a line, at a place in pixels.
     pub fn move_to(&mut self, pixel: (f64, f64)) {
         self.announced = Some(units(pixel));

@@ -1,9 +1,10 @@
 //! What a query comes to, as far as it is printed.
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{Location, Near, Path, QueryError, SiteFound, Statistics};
+use delaunay_tiles::query::{AlongInterval, Location, Near, Path, QueryError, SiteFound, Statistics};
 use delaunay_tiles::store::VertexId;
 
+use super::area::Polygon;
 use super::batch::Question;
 
 /// How a query ended.
@@ -46,6 +47,8 @@ pub struct Answer {
     pub found: Found,
     /// What it cost, if that was measured.
     pub statistics: Option<Statistics>,
+    /// The area within reach, if it was asked for.
+    pub area: Option<Vec<Polygon>>,
 }
 
 /// What was found.
@@ -55,6 +58,7 @@ pub enum Found {
     Near(Vec<Near>),
     Sites(Vec<SiteFound>),
     Path(Option<Path>),
+    Along(Vec<AlongInterval>),
 }
 
 /// What a point lies on or in, and the numbers of the vertices there.

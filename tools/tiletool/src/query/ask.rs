@@ -6,6 +6,7 @@ use delaunay_tiles::store::TileReader;
 use futures::{Stream, TryStreamExt};
 
 use super::answer::{Answer, Found, Status};
+use super::area;
 use super::batch::Question;
 
 /// What is asked.
@@ -14,8 +15,9 @@ pub enum Ask {
     Locate,
     Nearest { k: u32, vertices: bool },
     Knn { k: u32 },
-    Range { radius: f64 },
+    Range { radius: f64, area: bool },
     Path,
+    Along { k: u32 },
 }
 
 /// The first of a stream, and how it ended.
@@ -42,15 +44,32 @@ impl Ask {
         question: Question,
         options: QueryOptions,
     ) -> anyhow::Result<Answer> {
-        let (status, found) = match question {
-            Question::At(at) => self.answer_at(reader, at, options).await?,
-            Question::Way(from, to) => answer_way(reader, from, to, options).await?,
+        let mut area = None;
+        let (status, found) = match (self, question) {
+            (Self::Range { radius, area: true }, Question::At(at)) => {
+                let (mut status, sites) = first(reader.sites_within(at, radius, options.clone()), usize::MAX).await?;
+                if status == Status::Ok {
+                    let (end, polygons) = area::within(reader, at, radius, options).await?;
+                    status = end;
+                    area = Some(polygons);
+                }
+                (status, Found::Sites(sites))
+            }
+            (_, Question::At(at)) => self.answer_at(reader, at, options).await?,
+            (Self::Along { k }, Question::Way(from, to)) => {
+                match reader.nearest_along(from, to, k as usize, options).await {
+                    Ok(intervals) => (Status::Ok, Found::Along(intervals)),
+                    Err(error) => (Status::of(error)?, Found::Along(Vec::new())),
+                }
+            }
+            (_, Question::Way(from, to)) => answer_way(reader, from, to, options).await?,
         };
         Ok(Answer {
             question,
             status,
             found,
             statistics: None,
+            area,
         })
     }
 
@@ -80,11 +99,11 @@ impl Ask {
                 let (status, sites) = first(reader.nearest_sites(at, options), k as usize).await?;
                 (status, Found::Sites(sites))
             }
-            Self::Range { radius } => {
+            Self::Range { radius, .. } => {
                 let (status, sites) = first(reader.sites_within(at, radius, options), usize::MAX).await?;
                 (status, Found::Sites(sites))
             }
-            Self::Path => unreachable!("paths have two ends"),
+            Self::Path | Self::Along { .. } => unreachable!("a way has two ends"),
         })
     }
 }

@@ -65,6 +65,11 @@ impl MethodArgs {
 }
 
 impl Measure {
+    /// Whether it is the library's own method.
+    pub fn is_wave(self) -> bool {
+        self.method == Method::Wave
+    }
+
     /// The answer to a question, with what it cost.
     pub async fn answer(
         self,
@@ -79,7 +84,7 @@ impl Measure {
                 let found = reader.nearest_sites_by(method, at, k as usize, given).await;
                 found.map(sites)
             }
-            (Ask::Range { radius }, Question::At(at)) => {
+            (Ask::Range { radius, area: false }, Question::At(at)) => {
                 let found = reader.sites_within_by(method, at, radius, given).await;
                 found.map(sites)
             }
@@ -104,6 +109,7 @@ impl Measure {
             question,
             status,
             found,
+            area: None,
             statistics: statistics.filter(|_| self.tells),
         })
     }

@@ -1,10 +1,13 @@
 //! `tiletool query`: what is where, what is near, and how to get there.
 
+mod along;
 mod answer;
+mod area;
 mod ask;
 mod batch;
 mod matrix;
 mod method;
+mod picture;
 mod print;
 
 use std::path::PathBuf;
@@ -12,16 +15,19 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use bytesize::ByteSize;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Subcommand};
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::QueryOptions;
+use delaunay_tiles::query::{Explored, QueryOptions};
 use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
 use futures::{StreamExt, TryStreamExt, stream};
 
 use crate::common::{self, thousands};
+use crate::plot::{self, PlotFile};
 use ask::Ask;
 use batch::Question;
 use method::{Measure, MethodArgs};
+use picture::Picture;
 use print::{Format, Printer};
 
 /// Ask a tile file what is where, what is near, and how to get there among obstacles.
@@ -39,7 +45,9 @@ const EXAMPLES: &str = "\
 Example:
   tiletool query knn town.tiles --at 3.5,-4 -k 3
   tiletool query path town.tiles --from -1,2 --to 8,8 --geojson
-  tiletool query range town.tiles --batch places.csv --radius 500 --csv";
+  tiletool query range town.tiles --batch places.csv --radius 500 --csv
+  tiletool query range town.tiles --at 7,7 --radius 500 --area --plot reach.png
+  tiletool query along town.tiles --from -1,2 --to 8,8 -k 3";
 
 #[derive(Subcommand, Clone, Debug)]
 enum QueryCommand {
@@ -49,11 +57,13 @@ enum QueryCommand {
     Nearest(NearestArgs),
     /// The nearest sites by walking distance
     Knn(KnnArgs),
-    /// All sites within a walking distance
+    /// All sites within a walking distance, and the area
     Range(RangeArgs),
     /// A shortest path
     Path(PathArgs),
     Matrix(matrix::MatrixArgs),
+    /// The nearest sites along a straight line: the intervals on which they stay the same
+    Along(AlongArgs),
 }
 
 #[derive(Args, Clone, Debug)]
@@ -97,6 +107,10 @@ struct RangeArgs {
     radius: f64,
     #[command(flatten)]
     method: MethodArgs,
+    /// Give the area within that distance, too, in --geojson and --plot: polygons whose arcs are lines, a ten-thousandth of the
+    /// arc's radius inside it at most
+    #[arg(long)]
+    area: bool,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -114,10 +128,19 @@ struct PathArgs {
 }
 
 #[derive(Args, Clone, Debug)]
+struct AlongArgs {
+    #[command(flatten)]
+    line: PathArgs,
+    /// How many
+    #[arg(short, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    k: u32,
+}
+
+#[derive(Args, Clone, Debug)]
 struct CommonArgs {
     /// The tile file
     file: PathBuf,
-    /// A file of points: x,y in each row, or from_x,from_y,to_x,to_y for paths; a header is passed over
+    /// A file of points: x,y in each row, or from_x,from_y,to_x,to_y for paths and lines; a header is passed over
     #[arg(long, value_name = "FILE.csv")]
     batch: Option<PathBuf>,
     /// Memory for tiles, as 64MiB
@@ -138,6 +161,9 @@ struct CommonArgs {
     /// Tell on standard error how long it took and what was read
     #[arg(long)]
     stats: bool,
+    /// Draw what is in the way, what was searched and what was found
+    #[arg(long, value_name = "MAP.svg|MAP.png", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
+    plot: Option<PlotFile>,
     #[command(flatten)]
     format: FormatArgs,
 }
@@ -182,14 +208,15 @@ impl QueryCommand {
             }
             Self::Knn(args) => (Ask::Knn { k: args.k }, of(&args.places), &args.places.common),
             Self::Range(args) => (
-                Ask::Range { radius: args.radius },
+                Ask::Range {
+                    radius: args.radius,
+                    area: args.area,
+                },
                 of(&args.places),
                 &args.places.common,
             ),
-            Self::Path(args) => {
-                let way = args.from.zip(args.to).map(|(from, to)| Question::Way(from, to));
-                (Ask::Path, way.into_iter().collect(), &args.common)
-            }
+            Self::Path(args) => (Ask::Path, args.ways(), &args.common),
+            Self::Along(args) => (Ask::Along { k: args.k }, args.line.ways(), &args.line.common),
             Self::Matrix(_) => unreachable!("it asks for itself"),
         }
     }
@@ -203,8 +230,15 @@ impl QueryCommand {
                 method.measure(places.common.stats)
             }
             Self::Path(PathArgs { method, common, .. }) => method.measure(common.stats),
-            Self::Locate(_) | Self::Nearest(_) | Self::Matrix(_) => None,
+            Self::Locate(_) | Self::Nearest(_) | Self::Matrix(_) | Self::Along(_) => None,
         }
+    }
+}
+
+impl PathArgs {
+    fn ways(&self) -> Vec<Question> {
+        let way = self.from.zip(self.to).map(|(from, to)| Question::Way(from, to));
+        way.into_iter().collect()
     }
 }
 
@@ -219,7 +253,7 @@ impl CommonArgs {
         }
         if self.certify {
             options = options.certified();
-        } else if format == Format::GeoJson {
+        } else if format == Format::GeoJson || self.plot.is_some() {
             options = options.paths();
         }
         options
@@ -234,12 +268,19 @@ pub fn run(args: QueryArgs) -> anyhow::Result<()> {
     let measure = args.command.measure();
     let (ask, mut questions, common) = args.command.parts();
     if let Some(path) = &common.batch {
-        questions.extend(batch::read(path, ask == Ask::Path)?);
+        questions.extend(batch::read(path, matches!(ask, Ask::Path | Ask::Along { .. }))?);
     } else if questions.is_empty() {
         match ask {
+            Ask::Along { .. } => bail!("no line is given; give --from X,Y --to X,Y, or --batch FILE.csv"),
             Ask::Path => bail!("no path is asked for; give --from X,Y --to X,Y, or --batch FILE.csv"),
             _ => bail!("no point is asked for; give --at X,Y, or --batch FILE.csv"),
         }
+    }
+    if matches!(ask, Ask::Range { area: true, .. }) && common.plot.is_none() && !common.format.geojson {
+        bail!("--area is given as GeoJSON or drawn: add --geojson or --plot MAP.svg");
+    }
+    if matches!(ask, Ask::Range { area: true, .. }) && measure.is_some_and(|measure| !measure.is_wave()) {
+        bail!("only --method wave gives an --area");
     }
     common::block_on(answer_all(ask, measure, questions, common))
 }
@@ -254,7 +295,12 @@ async fn answer_all(
     let cache = Cache::new(usize::try_from(args.cache.as_u64()).unwrap_or(usize::MAX));
     let reader = TileReader::open(&args.file, OpenOptions::default().cache(&cache)).await?;
     let format = args.format.format();
-    let options = args.options(format);
+    let mut options = args.options(format);
+    let explored = Explored::default();
+    // For several queries a picture of what was searched would show little.
+    if args.plot.is_some() && questions.len() == 1 {
+        options = options.explored(&explored);
+    }
     let available = std::thread::available_parallelism().map_or(1, usize::from);
     let at_once = args.threads.map_or(available, usize::from);
     let began = Instant::now();
@@ -271,13 +317,20 @@ async fn answer_all(
     });
     let mut answers = answers.buffered(at_once);
     let mut printer = Printer::new(format, ask)?;
+    let mut picture = args.plot.as_ref().map(|_| Picture::new());
     while let Some(answer) = answers.try_next().await? {
         printer.print(&answer)?;
         if let (Some(statistics), true) = (&answer.statistics, format != Format::Json) {
             eprintln!("{}", method::line(statistics));
         }
+        if let Some(picture) = &mut picture {
+            picture.take(ask, &answer);
+        }
     }
     printer.finish()?;
+    if let (Some(picture), Some(file)) = (picture, &args.plot) {
+        plot::draw_query(&reader, file, &picture.finish(&explored)).await?;
+    }
     if args.stats {
         report("queries", count as u64, began, &reader);
     }

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::answer::{Answer, Found, Status, name, spot};
 use super::ask::Ask;
 use super::batch::Question;
-use super::method;
+use super::{along, area, method};
 
 /// How answers are printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,13 +70,15 @@ impl Printer {
     }
 }
 
-const fn header(ask: Ask) -> &'static str {
-    match ask {
+fn header(ask: Ask) -> String {
+    let columns = match ask {
         Ask::Locate => "x,y,status,where,a,b,c",
         Ask::Nearest { .. } => "x,y,rank,vertex,site,to_x,to_y,distance",
         Ask::Knn { .. } | Ask::Range { .. } => "x,y,status,rank,site,to_x,to_y,distance,lower,upper",
         Ask::Path => "from_x,from_y,to_x,to_y,status,distance,lower,upper",
-    }
+        Ask::Along { .. } => return format!("line_from_x,line_from_y,line_to_x,line_to_y,{}", along::COLUMNS),
+    };
+    columns.to_owned()
 }
 
 pub fn pair(point: Point) -> String {
@@ -141,6 +143,14 @@ fn rows(answer: &Answer) -> String {
                 (None, _) => ",,".to_owned(),
             };
             _ = writeln!(rows, "{asked},{status},{bounds}");
+        }
+        Found::Along(intervals) => {
+            for interval in intervals {
+                _ = writeln!(rows, "{asked},{}", along::row(interval));
+            }
+            if answer.status != Status::Ok {
+                _ = writeln!(rows, "{asked},,,,,,,{status},");
+            }
         }
     }
     rows
@@ -236,6 +246,10 @@ fn items<'a>(answer: &'a Answer) -> Vec<(Value, Option<Point>, Option<&'a Path>)
             .iter()
             .map(|path| (with_distance(json!({}), &path.distance), None, Some(path)))
             .collect(),
+        Found::Along(intervals) => {
+            let item = |interval| (along::object(interval), None, None);
+            intervals.iter().map(item).collect()
+        }
     }
 }
 
@@ -256,10 +270,10 @@ fn object(answer: &Answer) -> Value {
             item.into_iter().for_each(|(key, item)| value[key] = item);
         }
         (found, last) => {
-            let key = if matches!(found, Found::Near(_)) {
-                "nearest"
-            } else {
-                "sites"
+            let key = match found {
+                Found::Near(_) => "nearest",
+                Found::Along(_) => "intervals",
+                _ => "sites",
             };
             items.extend(last);
             if !matches!(found, Found::Path(_)) {
@@ -270,7 +284,35 @@ fn object(answer: &Answer) -> Value {
     value
 }
 
+/// Intervals and areas have a place of their own.
+fn shapes(answer: &Answer) -> Option<Vec<Value>> {
+    match (&answer.found, &answer.area) {
+        (Found::Along(intervals), _) if !intervals.is_empty() => {
+            let feature = |interval| {
+                let properties = along::object(interval);
+                json!({"type": "Feature", "properties": properties, "geometry": along::geometry(interval)})
+            };
+            Some(intervals.iter().map(feature).collect())
+        }
+        (_, Some(polygons)) => {
+            let mut properties = head(answer);
+            properties["tolerance"] = area::TOLERANCE.into();
+            let feature = json!({"type": "Feature", "properties": properties, "geometry": area::geometry(polygons)});
+            Some(vec![feature])
+        }
+        _ => None,
+    }
+}
+
 fn features(answer: &Answer) -> Vec<Value> {
+    let mut features = shapes(answer).unwrap_or_default();
+    if features.is_empty() || matches!(&answer.found, Found::Sites(sites) if !sites.is_empty()) {
+        features.extend(items_as_features(answer));
+    }
+    features
+}
+
+fn items_as_features(answer: &Answer) -> Vec<Value> {
     let head = head(answer);
     let mut items = items(answer);
     if items.is_empty() {
@@ -364,6 +406,10 @@ fn text(answer: &Answer) -> String {
                 }
             }
             text.push('\n');
+        }
+        Found::Along(intervals) => {
+            text.push('\n');
+            intervals.iter().for_each(|interval| along::say(&mut text, interval));
         }
     }
     text

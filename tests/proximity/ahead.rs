@@ -1,0 +1,49 @@
+//! Tiles that are asked for ahead: the same answers, few tiles more, and none where the cache or the options have no room.
+
+use delaunay_tiles::geometry::Point;
+use delaunay_tiles::query::QueryOptions;
+use delaunay_tiles::store::TileReader;
+use futures::{StreamExt, TryStreamExt};
+
+use crate::scene::{Scene, at, block, open};
+use crate::support::{Random, runtime};
+
+async fn nearest(reader: &TileReader, from: Point, options: QueryOptions) -> Vec<(u64, f64)> {
+    let sites = reader.nearest_sites(from, options).take(8);
+    sites
+        .map_ok(|site| (site.number, site.distance.value))
+        .try_collect()
+        .await
+        .unwrap()
+}
+
+#[test]
+fn the_same_answers_and_few_tiles_more() {
+    let blocks = (0..64).map(|i| block([2 + 5 * (i % 8), 2 + 5 * (i / 8)], [3, 3]));
+    let mut scene = Scene::on_grid(43, 43, blocks.collect());
+    let mut random = Random(3);
+    scene.sites = (0..200)
+        .map(|_| at(5 * random.below(9) as i32, random.below(43) as i32))
+        .collect();
+    runtime().block_on(async {
+        let (scratch, _) = scene.build(40).await;
+        let (mut ahead, mut alone) = (0, 0);
+        for _ in 0..30 {
+            let from = Point::new(5.0 * random.below(9) as f64 + 0.25, 42.0 * random.unit());
+            // Cold each: with room in the cache, without, and with a limit, which is never passed.
+            let roomy = open(&scratch, 1 << 24).await;
+            let found = nearest(&roomy, from, QueryOptions::default()).await;
+            let poor = open(&scratch, 0).await;
+            assert_eq!(nearest(&poor, from, QueryOptions::default()).await, found);
+            let limited = open(&scratch, 1 << 24).await;
+            let tiles = roomy.directory().tiles.len() as u64;
+            assert_eq!(
+                nearest(&limited, from, QueryOptions::default().max_tiles(tiles)).await,
+                found
+            );
+            ahead += roomy.cache().statistics().misses;
+            alone += limited.cache().statistics().misses;
+        }
+        assert!(alone <= ahead && ahead <= alone + 2 * 30, "{ahead}, not {alone}");
+    });
+}

@@ -1,0 +1,313 @@
+//! The picture of an answer: what is in the way, what was searched, and what was found.
+
+use delaunay_tiles::geometry::{Point, Rect};
+use delaunay_tiles::store::{Across, Tile, TileId, TileReader};
+
+use super::map::{
+    self, CONSTRAINT, EDGE_THINNED, Entry, GREY, HOLE, INK, PAPER, SITE, Sign, WALL, draw_axes, draw_legend, fill,
+    stroke,
+};
+use super::page::Page;
+use super::svg::{Anchor, Path, Svg, UNITS};
+
+const EXPLORED: &str = "#d6e6f5";
+const EXPLORED_EDGE: &str = "#9dbbd8";
+const AREA: &str = "#f0b23e";
+/// As it looks on paper.
+const AREA_SEEN: &str = "#f7dfb5";
+const AREA_EDGE: &str = "#b06f00";
+const WAY: &str = "#d1352b";
+const START: &str = "#1f4fa8";
+/// Colours of intervals, in turns.
+const INTERVALS: [&str; 6] = ["#1b7f79", "#d1352b", "#6a4fb3", "#c77f0a", "#2f6fb8", "#a8327a"];
+
+/// Smaller triangles than this many pixels are not drawn.
+const SMALL: f64 = 0.35;
+/// With more triangles in the frame their edges are left out.
+const MESH: u64 = 12_000;
+/// More paths than these are drawn finely.
+const FEW: usize = 12;
+/// So many sites have their rank beside them.
+const RANKS: usize = 40;
+
+/// What is drawn over the ground.
+#[derive(Default)]
+pub struct Overlay {
+    /// What was asked, in a line.
+    pub title: String,
+    /// Where queries start, and where paths end.
+    pub starts: Vec<Point>,
+    pub ends: Vec<Point>,
+    /// What was found, the nearest first.
+    pub sites: Vec<Point>,
+    pub paths: Vec<Vec<Point>>,
+    /// Polygons: rings, the outer one first.
+    pub areas: Vec<Vec<Vec<Point>>>,
+    /// Intervals of lines; their numbers, or none in an obstacle.
+    pub intervals: Vec<([Point; 2], Option<usize>)>,
+    /// Triangles that were searched.
+    pub explored: Vec<[Point; 3]>,
+}
+
+impl Overlay {
+    /// What must be seen, with some room around it.
+    pub fn window(&self, whole: Rect) -> Rect {
+        let lines = self.intervals.iter().flat_map(|(ends, _)| ends);
+        let rings = self.areas.iter().flatten().flatten();
+        let points = [&self.starts, &self.ends, &self.sites].into_iter().flatten();
+        let all = points.chain(lines).chain(rings).chain(self.paths.iter().flatten());
+        let seen = Rect::around(all.copied());
+        let (width, height) = whole.size();
+        if seen.is_empty() {
+            return whole;
+        }
+        let (seen_width, seen_height) = seen.size();
+        let room = (0.12 * seen_width.max(seen_height)).max(0.01 * width.max(height));
+        Rect::new(
+            seen.min_x - room,
+            seen.min_y - room,
+            seen.max_x + room,
+            seen.max_y + room,
+        )
+    }
+}
+
+/// What lies in the frame, as paths.
+#[derive(Default)]
+struct Ground {
+    triangles: u64,
+    free: Path,
+    holes: Path,
+    edges: Path,
+    breaks: Path,
+    walls: Path,
+}
+
+impl Ground {
+    async fn gather(reader: &TileReader, page: &Page) -> anyhow::Result<Self> {
+        let mut this = Self::default();
+        let view = page.view();
+        let tiles = reader.directory().tiles.iter().zip(0..);
+        let seen: Vec<TileId> = tiles
+            .filter(|(entry, _)| entry.bounds.intersects(view))
+            .map(|(_, id)| TileId(id))
+            .collect();
+        for id in seen {
+            let tile = reader.tile(id).await?;
+            for triangle in tile.owned_triangles() {
+                this.take(&tile, triangle, page, view);
+            }
+        }
+        Ok(this)
+    }
+
+    fn take(&mut self, tile: &Tile, triangle: u32, page: &Page, view: Rect) {
+        let corners = tile.triangle_points(triangle);
+        let around = Rect::around(corners);
+        let (width, height) = around.size();
+        if !around.intersects(view) || page.length(width.max(height)) < SMALL {
+            return;
+        }
+        self.triangles += 1;
+        let pixels = corners.map(|corner| page.pixel(corner));
+        let is_hole = tile.is_hole(triangle);
+        let ground = if is_hole { &mut self.holes } else { &mut self.free };
+        ground.polygon(pixels);
+        for s in 0..3 {
+            let (e, side) = ((s + 1) % 3, 3 * triangle + s as u32);
+            let across = tile.across(side);
+            // Each edge once, where both its triangles are seen here.
+            let is_first = corners[s].lex_cmp(corners[e]).is_lt() || across == Across::Hull;
+            if !is_first {
+                continue;
+            }
+            let blocks = tile.is_wall(side)
+                || match across {
+                    Across::Side(other) => tile.is_hole(other / 3) != is_hole,
+                    Across::Hull | Across::Elsewhere => is_hole,
+                };
+            let line = match (tile.is_constraint(side), blocks) {
+                (false, _) if is_hole || self.triangles > MESH => continue,
+                (false, _) => &mut self.edges,
+                (true, true) => &mut self.walls,
+                (true, false) => &mut self.breaks,
+            };
+            line.move_to(pixels[s]);
+            line.line_to(pixels[e]);
+        }
+    }
+}
+
+/// Draws the page of an answer.
+pub async fn draw(reader: &TileReader, name: &str, overlay: &Overlay, page: &Page) -> anyhow::Result<String> {
+    let ground = Ground::gather(reader, page).await?;
+    let name = map::middle_cut(name);
+    let mut svg = Svg::new(page.width, page.height, &name);
+    svg.raw("<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>");
+    let f = page.frame;
+    let at = |down: f64| (f.min_x, f.min_y - down);
+    svg.text(at(42.0), 26.0, Anchor::Start, &fill(INK), &name);
+    svg.text(at(15.0), 16.0, Anchor::Start, &fill(GREY), &overlay.title);
+    let (width, height) = f.size();
+    let place = format!(
+        "x=\"{}\" y=\"{}\" width=\"{width}\" height=\"{height}\"",
+        f.min_x, f.min_y
+    );
+    svg.raw(&format!("<clipPath id=\"frame\"><rect {place}/></clipPath>"));
+    let exterior_is_hole = reader.directory().metadata.exterior_is_hole;
+    let base = if exterior_is_hole { HOLE } else { PAPER };
+    svg.raw(&format!("<rect {place} fill=\"{base}\"/>"));
+    svg.raw("<g clip-path=\"url(#frame)\">");
+    svg.raw(&format!(
+        "<g transform=\"scale({})\" fill=\"none\" stroke-linejoin=\"round\" stroke-linecap=\"round\">",
+        1.0 / UNITS
+    ));
+    let mut legend = draw_ground(&mut svg, &ground, overlay, page, exterior_is_hole);
+    legend.extend(draw_found(&mut svg, overlay, page));
+    svg.raw("</g>");
+    draw_ranks(&mut svg, overlay, page);
+    svg.raw("</g>");
+    svg.raw(&format!(
+        "<rect {place} fill=\"none\" stroke=\"{INK}\" stroke-width=\"1.2\"/>"
+    ));
+    draw_axes(&mut svg, page);
+    draw_legend(&mut svg, &legend, (f.min_x, f.max_y + 58.0));
+    Ok(svg.finish())
+}
+
+fn draw_ground(svg: &mut Svg, ground: &Ground, overlay: &Overlay, page: &Page, exterior_is_hole: bool) -> Vec<Entry> {
+    let mut legend = Vec::new();
+    // A thin line of its own colour closes the gaps between triangles.
+    let solid = |colour: &str| format!("{} {}", fill(colour), stroke(colour, 0.5));
+    if exterior_is_hole {
+        svg.path(&ground.free, &solid(PAPER));
+    }
+    let mut explored = Path::default();
+    for corners in &overlay.explored {
+        explored.polygon(corners.map(|corner| page.pixel(corner)));
+    }
+    if !overlay.explored.is_empty() {
+        svg.path(&explored, &solid(EXPLORED));
+        let sign = Sign::Patch(EXPLORED);
+        let text = "searched";
+        legend.push(Entry { sign, text });
+    }
+    if ground.triangles <= MESH {
+        svg.path(
+            &ground.edges,
+            &format!("{} stroke-opacity=\"0.45\"", stroke(EDGE_THINNED, 0.5)),
+        );
+    }
+    if overlay.explored.len() as u64 <= MESH {
+        svg.path(&explored, &stroke(EXPLORED_EDGE, 0.6));
+    }
+    svg.path(&ground.holes, &solid(HOLE));
+    // The more there is to see, the finer the lines.
+    let line = if ground.triangles <= MESH / 2 { 1.6 } else { 0.9 };
+    for (path, colour, width, text) in [
+        (&ground.breaks, CONSTRAINT, 0.6 * line, "break lines"),
+        (&ground.walls, WALL, line, "walls"),
+    ] {
+        if !path.is_empty() {
+            svg.path(path, &stroke(colour, width));
+            let sign = Sign::Line(colour, width);
+            legend.push(Entry { sign, text });
+        }
+    }
+    if !ground.holes.is_empty() || exterior_is_hole {
+        let sign = Sign::Patch(HOLE);
+        legend.push(Entry {
+            sign,
+            text: "obstacles",
+        });
+    }
+    legend
+}
+
+fn draw_found(svg: &mut Svg, overlay: &Overlay, page: &Page) -> Vec<Entry> {
+    let mut legend = Vec::new();
+    let mut areas = Path::default();
+    for ring in overlay.areas.iter().flatten() {
+        areas.polygon(ring.iter().map(|&p| page.pixel(p)));
+    }
+    if !areas.is_empty() {
+        let style = format!(
+            "{} fill-opacity=\"0.38\" fill-rule=\"evenodd\" {}",
+            fill(AREA),
+            stroke(AREA_EDGE, 1.6)
+        );
+        svg.path(&areas, &style);
+        let sign = Sign::Patch(AREA_SEEN);
+        legend.push(Entry {
+            sign,
+            text: "within reach",
+        });
+    }
+    let mut paths = Path::default();
+    for path in &overlay.paths {
+        for (place, &point) in path.iter().enumerate() {
+            if place == 0 {
+                paths.move_to(page.pixel(point));
+            } else {
+                paths.line_to(page.pixel(point));
+            }
+        }
+    }
+    if !paths.is_empty() {
+        let width = if overlay.paths.len() <= FEW { 2.8 } else { 1.2 };
+        svg.path(&paths, &stroke("#fff", 2.0 * width));
+        svg.path(&paths, &stroke(WAY, width));
+        let sign = Sign::Line(WAY, width);
+        let text = if overlay.paths.len() == 1 { "path" } else { "paths" };
+        legend.push(Entry { sign, text });
+    }
+    for &([from, to], number) in &overlay.intervals {
+        let mut line = Path::default();
+        line.move_to(page.pixel(from));
+        line.line_to(page.pixel(to));
+        let style = match number {
+            Some(number) => stroke(INTERVALS[number % INTERVALS.len()], 5.0),
+            None => format!("{} stroke-dasharray=\"40 60\"", stroke(GREY, 2.0)),
+        };
+        svg.path(&line, &format!("{style} stroke-linecap=\"butt\""));
+        let mut cut = Path::default();
+        cut.disc(page.pixel(from), 2.6);
+        svg.path(&cut, &fill(INK));
+    }
+    if overlay.intervals.iter().any(|(_, number)| number.is_some()) {
+        let sign = Sign::Line(INTERVALS[0], 5.0);
+        legend.push(Entry {
+            sign,
+            text: "same nearest sites",
+        });
+    }
+    for (points, colour, radius, text) in [
+        (&overlay.sites, SITE, 5.0, "sites found"),
+        (&overlay.ends, WAY, 6.5, "to"),
+        (&overlay.starts, START, 6.5, "from"),
+    ] {
+        let mut discs = Path::default();
+        points.iter().for_each(|&point| discs.disc(page.pixel(point), radius));
+        if !discs.is_empty() {
+            svg.path(&discs, &format!("{} {}", fill(colour), stroke("#fff", 1.5)));
+            let sign = Sign::Dot(colour);
+            legend.push(Entry { sign, text });
+        }
+    }
+    legend
+}
+
+/// Writes which site is the how manieth, if they are few.
+fn draw_ranks(svg: &mut Svg, overlay: &Overlay, page: &Page) {
+    if overlay.sites.len() > RANKS || overlay.starts.len() > 1 || !overlay.intervals.is_empty() {
+        return;
+    }
+    let style = format!(
+        "{} stroke=\"#fff\" stroke-opacity=\"0.85\" stroke-width=\"3.5\" stroke-linejoin=\"round\" paint-order=\"stroke\"",
+        fill(INK)
+    );
+    for (&site, rank) in overlay.sites.iter().zip(1..) {
+        let (x, y) = page.pixel(site);
+        svg.text((x + 8.0, y - 7.0), 15.0, Anchor::Start, &style, &rank.to_string());
+    }
+}

@@ -1,0 +1,72 @@
+//! The nearest sites along a line, as they are printed.
+
+use std::fmt::Write as _;
+
+use delaunay_tiles::query::{AlongInterval, SiteAlong};
+use serde_json::{Value, json};
+
+use super::answer::name;
+use super::print::{cell, pair, position};
+
+/// The columns of an interval.
+pub const COLUMNS: &str = "from_t,to_t,from_x,from_y,to_x,to_y,status,sites";
+
+const fn status(interval: &AlongInterval) -> &'static str {
+    match interval.sites {
+        Some(_) => "ok",
+        None => "inside_obstacle",
+    }
+}
+
+fn names(interval: &AlongInterval) -> Vec<String> {
+    let of = |site: &SiteAlong| name(Some(site.number), site.id.as_deref());
+    interval.sites.iter().flatten().map(of).collect()
+}
+
+/// A row of a table; the sites are in one cell.
+pub fn row(interval: &AlongInterval) -> String {
+    let places = [interval.from_t, interval.to_t].map(|t| t.to_string()).join(",");
+    let points = [interval.from, interval.to].map(pair).join(",");
+    format!(
+        "{places},{points},{},{}",
+        status(interval),
+        cell(&names(interval).join(";"))
+    )
+}
+
+/// An object.
+pub fn object(interval: &AlongInterval) -> Value {
+    let sites = interval.sites.as_ref().map(|sites| {
+        let of = |site: &SiteAlong| {
+            json!({
+                "site": name(Some(site.number), site.id.as_deref()),
+                "to": position(site.vertex.point),
+                "distances": site.distances,
+            })
+        };
+        sites.iter().map(of).collect::<Vec<_>>()
+    });
+    json!({
+        "from_t": interval.from_t,
+        "to_t": interval.to_t,
+        "from": position(interval.from),
+        "to": position(interval.to),
+        "status": status(interval),
+        "sites": sites,
+    })
+}
+
+/// Where it is, for GeoJSON.
+pub fn geometry(interval: &AlongInterval) -> Value {
+    json!({"type": "LineString", "coordinates": [position(interval.from), position(interval.to)]})
+}
+
+/// A line for people.
+pub fn say(text: &mut String, interval: &AlongInterval) {
+    let names = match &interval.sites {
+        None => "in an obstacle".to_owned(),
+        Some(sites) if sites.is_empty() => "no site can be reached".to_owned(),
+        Some(_) => names(interval).join(", "),
+    };
+    _ = writeln!(text, "  {:<20} to {:<20} {names}", interval.from_t, interval.to_t);
+}
