@@ -7,26 +7,32 @@
 //!       │
 //!       ├───────▶ wave ───▶ ground        what can be reached from there, nearest first; where one may walk
 //!       │
+//!       ├───────▶ fast ───▶ edges, taut   an answer with bounds: the way along edges, and the same pulled taut
+//!       │
 //!       └───────▶ route                   the path as it bends, and its proof
 //! ```
 
 mod certify;
 mod edges;
+mod fast;
 mod ground;
 mod locate;
 mod options;
 mod place;
+mod progressive;
 mod proximity;
 mod route;
 mod star;
 mod straight;
+mod taut;
 mod tiles;
 mod triangles_in;
 mod wave;
 
 pub use edges::{CdtPath, CdtVertex};
 pub use locate::{Location, TriangleRef};
-pub use options::{QueryError, QueryOptions};
+pub use options::{Mode, QueryError, QueryOptions, UnknownMode};
+pub use progressive::{Cost, Progress};
 pub use proximity::{Distance, Footing, PathOutcome, SiteFound, VertexFound};
 pub use route::{Bend, Path};
 pub use straight::Near;

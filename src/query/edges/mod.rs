@@ -39,7 +39,8 @@ pub(super) use corner::Within;
 use corner::{Corner, PUT_IN};
 pub use distances::{CdtPath, CdtVertex};
 use overlay::{Link, Overlay};
-pub(super) use run::EdgeRun;
+pub(super) use distances::Sites as SitesAlongEdges;
+pub(super) use run::{BreakLines, EdgeRun};
 
 /// In place of a node, where the source has none.
 pub(super) const NO_NODE: u32 = u32::MAX;
@@ -334,6 +335,11 @@ impl EdgeSearch {
             within: Some(to.within),
         });
     }
+}
+
+/// Whether a vertex is a point that was put in.
+pub(super) fn is_put_in(vertex: VertexId) -> bool {
+    vertex.tile == PUT_IN
 }
 
 /// The wedge of a vertex of the tile that is named by a vertex on its left.

@@ -18,6 +18,7 @@ pub(in crate::query) struct EdgeRun {
     pub(in crate::query) tiles: Tiles,
     pub(in crate::query) search: EdgeSearch,
     tile: Arc<Tile>,
+    source: Place,
     pause: u32,
     /// Whether to fail where there is a break line.
     refuses: bool,
@@ -80,6 +81,7 @@ impl EdgeRun {
             tiles,
             search,
             tile,
+            source,
             pause: PAUSE,
             refuses: false,
         };
@@ -166,5 +168,10 @@ impl EdgeRun {
     /// The tile of the vertex of the file that was found last, with its whole star.
     pub(in crate::query) fn tile(&self) -> &Arc<Tile> {
         &self.tile
+    }
+
+    /// Where it started.
+    pub(in crate::query) fn source(&self) -> &Place {
+        &self.source
     }
 }

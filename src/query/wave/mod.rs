@@ -164,6 +164,11 @@ impl Wave {
         front.fold(f64::INFINITY, f64::min)
     }
 
+    /// How many roots there are: no way has more legs than that and one.
+    pub(super) fn root_count(&self) -> usize {
+        self.roots.len()
+    }
+
     /// The vertices and points on the way to a root, the source first.
     pub(super) fn way(&self, root: u32) -> Vec<(Point, Option<VertexId>)> {
         let mut way = Vec::new();
