@@ -222,7 +222,9 @@ impl FastSites {
                 BreakLines::No => along_edges / STRETCH,
                 BreakLines::Yes | BreakLines::Unknown => 0.0,
             };
-            let way = pulled(&mut run.tiles, &nodes).await.map_err(|error| error.at_least(known))?;
+            let way = pulled(&mut run.tiles, &nodes)
+                .await
+                .map_err(|error| error.at_least(known))?;
             if way.distance.value > self.radius {
                 continue;
             }
@@ -284,12 +286,7 @@ struct Several {
 }
 
 /// A path to one of several points, if there is one.
-async fn one(
-    mut tiles: Tiles,
-    from: &Place,
-    to: Point,
-    certify: bool,
-) -> Result<(Tiles, Option<Path>), QueryError> {
+async fn one(mut tiles: Tiles, from: &Place, to: Point, certify: bool) -> Result<(Tiles, Option<Path>), QueryError> {
     let to = Place::find(&mut tiles, to).await?;
     if !to.is_free {
         return Ok((tiles, None));

@@ -123,8 +123,8 @@ async fn bend(
     } else {
         Orientation::CounterClockwise
     };
-    let is_in_the_way = orient2d(vertex.point, after, edge_to.point) != away
-        && orient2d(before, vertex.point, edge_to.point) != away;
+    let is_in_the_way =
+        orient2d(vertex.point, after, edge_to.point) != away && orient2d(before, vertex.point, edge_to.point) != away;
     if !is_in_the_way {
         return Ok(free);
     }

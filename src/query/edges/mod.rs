@@ -37,9 +37,9 @@ use crate::geometry::Point;
 use crate::store::{Tile, TileId, VertexId};
 pub(super) use corner::Within;
 use corner::{Corner, PUT_IN};
+pub(super) use distances::Sites as SitesAlongEdges;
 pub use distances::{CdtPath, CdtVertex};
 use overlay::{Link, Overlay};
-pub(super) use distances::Sites as SitesAlongEdges;
 pub(super) use run::{BreakLines, EdgeRun};
 
 /// In place of a node, where the source has none.
@@ -269,9 +269,11 @@ impl EdgeSearch {
         };
         for wedge in wedges {
             let [on_right, on_left] = self.edges(ground, id, wedge)?;
-            self.walk(ground, node, on_left);
-            // Over an open edge, the next wedge has it.
-            if ground.right_of(vertex, wedge)?.is_none() {
+            // An open edge is walked along in one of the wedges beside it, and not in the outside: that has no triangles.
+            if wedge != Wedge::Outside || ground.left_of(vertex, wedge)?.is_none() {
+                self.walk(ground, node, on_left);
+            }
+            if matches!(ground.right_of(vertex, wedge)?, None | Some(Wedge::Outside)) {
                 self.walk(ground, node, on_right);
             }
         }

@@ -144,7 +144,11 @@ mod tests {
             [(0.0, 0.0), (10.0, 0.0)]
         );
         // Round a vertex by more than a half-turn, each portal an edge of it.
-        let around = [[(0.0, 0.0), (0.0, 4.0)], [(0.0, 0.0), (-4.0, 0.0)], [(0.0, 0.0), (0.0, -4.0)]];
+        let around = [
+            [(0.0, 0.0), (0.0, 4.0)],
+            [(0.0, 0.0), (-4.0, 0.0)],
+            [(0.0, 0.0), (0.0, -4.0)],
+        ];
         assert_eq!(
             through(at(3.0, 1.0), &around.map(|[left, right]| [right, left]), at(3.0, -1.0)),
             [(3.0, 1.0), (0.0, 0.0), (3.0, -1.0)]
@@ -155,7 +159,10 @@ mod tests {
     fn what_is_passed_there_and_back_is_not_passed() {
         let portal = |a, b| Portal { right: a, left: b };
         let [a, b, c] = [at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)];
-        assert_eq!(reduced(vec![portal(a, b), portal(c, b), portal(b, c), portal(b, a)]), []);
+        assert_eq!(
+            reduced(vec![portal(a, b), portal(c, b), portal(b, c), portal(b, a)]),
+            []
+        );
         assert_eq!(reduced(vec![portal(a, b), portal(c, b)]).len(), 2);
     }
 }

@@ -106,7 +106,9 @@ async fn reach(
     let tile = tiles.get(node.vertex.tile).await?;
     let ground = ground(tiles, &tile);
     let (index, damaged) = (node.vertex.index, |reason| tiles.damaged(tile.id(), reason));
-    let Some(within) = within else { return Ok((None, Vec::new())) };
+    let Some(within) = within else {
+        return Ok((None, Vec::new()));
+    };
     let here = wedge(ground, index, within).map_err(damaged)?;
     if !is_put_in(other.vertex) {
         return Ok((Some(here), Vec::new()));
@@ -125,20 +127,15 @@ async fn reach(
 }
 
 /// What a straight way from the vertex that a side leaves crosses, through the triangle of the side, to a point. None if it cannot go there.
-async fn straight(
-    tiles: &mut Tiles,
-    tile: Arc<Tile>,
-    side: u32,
-    to: Point,
-) -> Result<Option<Vec<Portal>>, QueryError> {
+async fn straight(tiles: &mut Tiles, tile: Arc<Tile>, side: u32, to: Point) -> Result<Option<Vec<Portal>>, QueryError> {
     let from = tile.corner(tile.origin(side));
     let (mut tile, mut exit) = (tile, next(side));
     let mut portals = Vec::new();
-    loop {
-        let corners = tile.triangle_points(exit / 3);
-        if (0..3).all(|s| orient2d(corners[s], corners[(s + 1) % 3], to) != Clockwise) {
-            return Ok(Some(portals));
-        }
+    let is_in = |tile: &Tile, triangle: u32| {
+        let corners = tile.triangle_points(triangle);
+        (0..3).all(|s| orient2d(corners[s], corners[(s + 1) % 3], to) != Clockwise)
+    };
+    while !is_in(&tile, exit / 3) {
         let [right, left] = tile.ends(exit);
         portals.push(Portal {
             right: (right.point, Some(right.id)),
@@ -157,6 +154,9 @@ async fn straight(
                 _ => return Ok(None),
             },
         };
+        if is_in(&tile, entered / 3) {
+            break;
+        }
         let apex = tile.corner(tile.origin(previous(entered)));
         exit = match orient2d(from, to, apex) {
             CounterClockwise => next(entered),
@@ -164,6 +164,7 @@ async fn straight(
             Collinear => return Ok(None),
         };
     }
+    Ok(Some(portals))
 }
 
 /// The wedge of a node by whose triangle the way goes on to a vertex of the file.
@@ -279,7 +280,8 @@ impl Piece {
         };
         let tile = tiles.get(vertex.tile).await?;
         let ground = ground(tiles, &tile);
-        let wedges = [(enter, is_left), (leave, !is_left)].map(|(end, on_right)| beside(ground, vertex.index, end, on_right));
+        let wedges =
+            [(enter, is_left), (leave, !is_left)].map(|(end, on_right)| beside(ground, vertex.index, end, on_right));
         let damaged = |reason| tiles.damaged(tile.id(), reason);
         let [Some(come), Some(go)] = [wedges[0].clone().map_err(damaged)?, wedges[1].clone().map_err(damaged)?] else {
             return Ok(None);

@@ -4,6 +4,7 @@ mod answer;
 mod ask;
 mod batch;
 mod print;
+mod progress;
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -12,7 +13,7 @@ use anyhow::{Context, bail};
 use bytesize::ByteSize;
 use clap::{Args, Subcommand};
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::QueryOptions;
+use delaunay_tiles::query::{Mode, QueryOptions};
 use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
 use futures::{StreamExt, TryStreamExt, stream};
 
@@ -36,6 +37,7 @@ const EXAMPLES: &str = "\
 Example:
   tiletool query knn town.tiles --at 3.5,-4 -k 3
   tiletool query path town.tiles --from -1,2 --to 8,8 --geojson
+  tiletool query path town.tiles --from -1,2 --to 8,8 --mode within:0.05
   tiletool query range town.tiles --batch places.csv --radius 500 --csv";
 
 #[derive(Subcommand, Clone, Debug)]
@@ -80,6 +82,10 @@ struct KnnArgs {
     /// How many
     #[arg(short, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
     k: u32,
+    #[command(flatten)]
+    mode: ModeArgs,
+    #[command(flatten)]
+    progress: ProgressArgs,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -89,6 +95,8 @@ struct RangeArgs {
     /// How far away they are at most
     #[arg(long, value_name = "DISTANCE", value_parser = batch::radius)]
     radius: f64,
+    #[command(flatten)]
+    mode: ModeArgs,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -101,6 +109,24 @@ struct PathArgs {
     /// Where it ends
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = batch::point, requires = "from")]
     to: Option<Point>,
+    #[command(flatten)]
+    mode: ModeArgs,
+    #[command(flatten)]
+    progress: ProgressArgs,
+}
+
+#[derive(Args, Clone, Copy, Debug)]
+struct ModeArgs {
+    /// How exact: exact, fast (along edges, pulled taut, with bounds), or within:0.05 (the upper bound at most 1.05 times the lower)
+    #[arg(long, value_name = "MODE", default_value = "exact")]
+    mode: Mode,
+}
+
+#[derive(Args, Clone, Copy, Debug)]
+struct ProgressArgs {
+    /// Print the fast answer first, with its bounds and what the exact one is expected to cost, and then the exact one
+    #[arg(long, conflicts_with = "mode")]
+    progressive: bool,
 }
 
 #[derive(Args, Clone, Debug)]
@@ -158,6 +184,16 @@ impl FormatArgs {
 }
 
 impl QueryCommand {
+    /// How exact the answer is to be, and whether the fast one comes first.
+    fn mode(&self) -> (Mode, bool) {
+        match self {
+            Self::Locate(_) | Self::Nearest(_) => (Mode::Exact, false),
+            Self::Knn(args) => (args.mode.mode, args.progress.progressive),
+            Self::Range(args) => (args.mode.mode, false),
+            Self::Path(args) => (args.mode.mode, args.progress.progressive),
+        }
+    }
+
     /// What is asked, of which points, and with which options.
     fn parts(&self) -> (Ask, Vec<Question>, &CommonArgs) {
         let of = |places: &AtArgs| places.at.iter().map(|&at| Question::At(at)).collect();
@@ -213,26 +249,39 @@ pub fn run(args: QueryArgs) -> anyhow::Result<()> {
             _ => bail!("no point is asked for; give --at X,Y, or --batch FILE.csv"),
         }
     }
-    common::block_on(answer_all(ask, questions, common))
+    common::block_on(answer_all(ask, questions, args.command.mode(), common))
 }
 
 /// Answers in parallel, and prints in order.
-async fn answer_all(ask: Ask, questions: Vec<Question>, args: &CommonArgs) -> anyhow::Result<()> {
+async fn answer_all(
+    ask: Ask,
+    questions: Vec<Question>,
+    (mode, is_progressive): (Mode, bool),
+    args: &CommonArgs,
+) -> anyhow::Result<()> {
     let cache = Cache::new(usize::try_from(args.cache.as_u64()).unwrap_or(usize::MAX));
     let reader = TileReader::open(&args.file, OpenOptions::default().cache(&cache)).await?;
     let format = args.format.format();
-    let options = args.options(format);
+    let options = args.options(format).mode(mode);
     let available = std::thread::available_parallelism().map_or(1, usize::from);
     let at_once = args.threads.map_or(available, usize::from);
     let began = Instant::now();
     let count = questions.len();
+    let (staged, questions) = if is_progressive {
+        (questions, Vec::new())
+    } else {
+        (Vec::new(), questions)
+    };
     let answers = stream::iter(questions).map(|question| {
         let (reader, options) = (reader.clone(), options.clone());
         let task = tokio::spawn(async move { ask.answer(&reader, question, options).await });
         async move { task.await.context("a query broke down")? }
     });
     let mut answers = answers.buffered(at_once);
-    let mut printer = Printer::new(format, ask)?;
+    let mut printer = Printer::new(format, ask, is_progressive)?;
+    for question in staged {
+        progress::answer(ask, &reader, question, options.clone(), &mut printer).await?;
+    }
     while let Some(answer) = answers.try_next().await? {
         printer.print(&answer)?;
     }
