@@ -9,6 +9,7 @@
 //!       │
 //!       ├───────▶ wave ───▶ ground        what can be reached from there, nearest first; where one may walk
 //!       │
+//!       ├───────▶ fast ───▶ edges, taut   an answer with bounds: the way along edges, and the same pulled taut
 //!       ├───────▶ methods ──▶ edges, visibility     the same by others' methods, to be measured
 //!       │
 //!       └───────▶ route                   the path as it bends, and its proof
@@ -19,16 +20,19 @@ mod area;
 mod certify;
 mod edges;
 mod explored;
+mod fast;
 mod ground;
 mod locate;
 mod matrix;
 mod methods;
 mod options;
 mod place;
+mod progressive;
 mod proximity;
 mod route;
 mod star;
 mod straight;
+mod taut;
 mod tiles;
 mod triangles_in;
 mod visibility;
@@ -41,7 +45,8 @@ pub use explored::Explored;
 pub use locate::{Location, TriangleRef};
 pub use matrix::{DistanceOutcome, PairDistance};
 pub use methods::{Measured, Method, Statistics, StepTime};
-pub use options::{QueryError, QueryOptions};
+pub use options::{Mode, QueryError, QueryOptions, UnknownMode};
+pub use progressive::{Cost, Progress};
 pub use proximity::{Distance, Footing, PathOutcome, SiteFound, VertexFound};
 pub use route::{Bend, Path};
 pub use straight::Near;

@@ -1,11 +1,52 @@
 //! What a query may use, and why it could not be answered.
 
+use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
 
 use super::Explored;
 use crate::geometry::Point;
 use crate::store::ReadError;
+
+/// How exact answers are to be. All have a lower and an upper bound, so that one can tell.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum Mode {
+    /// Exact, but for rounding.
+    #[default]
+    Exact,
+    /// The upper bound is at most 1 + this times the lower one, but for rounding. Paths are [fast](Self::Fast) ones where the bounds of
+    /// these are close enough; else the exact search goes on until they are. Streams of sites and of paths are exact.
+    Within(f64),
+    /// A shortest way along edges of the triangulation, pulled taut: its length is the value, and not less than the true one. The lower
+    /// bound is the straight line, or, where the file says that it has no break lines, the way along edges divided by 2.42, if that is more
+    /// (Bose and Keil 2006).
+    Fast,
+}
+
+impl FromStr for Mode {
+    type Err = UnknownMode;
+
+    fn from_str(text: &str) -> Result<Self, UnknownMode> {
+        let tolerance = |text: &str| text.parse().ok().filter(|&tolerance| is_tolerance(tolerance));
+        match (text, text.strip_prefix("within:")) {
+            ("exact", _) => Ok(Self::Exact),
+            ("fast", _) => Ok(Self::Fast),
+            (_, Some(part)) => tolerance(part).map(Self::Within).ok_or(UnknownMode),
+            _ => Err(UnknownMode),
+        }
+    }
+}
+
+/// A text names no mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a mode is exact, fast, or within: and a number that is not negative, as within:0.05")]
+pub struct UnknownMode;
+
+/// Whether bounds may differ by such a part.
+pub(super) fn is_tolerance(tolerance: f64) -> bool {
+    tolerance >= 0.0 && tolerance.is_finite()
+}
 
 /// What a query may use, and what it gives back beside distances.
 #[derive(Clone, Debug, Default)]
@@ -15,6 +56,7 @@ pub struct QueryOptions {
     pub(super) paths: bool,
     pub(super) certify: bool,
     pub(super) explored: Option<Explored>,
+    pub(super) mode: Mode,
 }
 
 impl QueryOptions {
@@ -29,6 +71,13 @@ impl QueryOptions {
     #[must_use]
     pub fn max_time(mut self, time: Duration) -> Self {
         self.max_time = Some(time);
+        self
+    }
+
+    /// Says how exact answers are to be.
+    #[must_use]
+    pub fn mode(mut self, mode: Mode) -> Self {
+        self.mode = mode;
         self
     }
 
@@ -87,6 +136,12 @@ pub enum QueryError {
     OutOfBudget {
         /// All that was not found so far is at least as far away.
         at_least: f64,
+    },
+    /// Answers were to be within a part of the truth that is negative or no number.
+    #[error("answers cannot be within {tolerance} of the truth; give a number that is not negative, as 0.05")]
+    NoTolerance {
+        /// The part.
+        tolerance: f64,
     },
     /// The file has break lines, for which the bound of the CDT distance does not hold.
     #[error(

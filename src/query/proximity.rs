@@ -9,7 +9,7 @@ use super::place::Place;
 use super::route::{self, Path};
 use super::tiles::Tiles;
 use super::wave::{Found, Goal, Part, Places, Step, Wave, What};
-use super::{QueryError, QueryOptions};
+use super::{Mode, QueryError, QueryOptions, fast};
 use crate::geometry::Point;
 use crate::store::{Tile, TileReader, Vertex, VertexId};
 
@@ -97,7 +97,7 @@ pub enum PathOutcome {
 pub(super) struct Run {
     pub(super) tiles: Tiles,
     pub(super) wave: Wave,
-    tile: Arc<Tile>,
+    pub(super) tile: Arc<Tile>,
     source: Place,
     pub(super) options: QueryOptions,
 }
@@ -111,6 +111,7 @@ impl Run {
         limit: f64,
         options: QueryOptions,
     ) -> Result<Self, QueryError> {
+        options.mode.check()?;
         let mut wave = Wave::new(&source, goal, limit, tiles.outside_is_free());
         if options.explored.is_some() {
             wave.keep_parts();
@@ -263,6 +264,10 @@ impl TileReader {
     /// It ends with an error if the point lies in an obstacle, or when the options' limits are reached: what came before
     /// stands, and the error says how far away the rest is at least.
     ///
+    /// In mode [`Fast`](Mode::Fast) they come by the length of their shortest ways along edges ([CDT distance](Self::cdt_distance)), and
+    /// equal ones by number, each with that way pulled taut; so their values may be a little out of order, and the *k* first are near
+    /// ones, but perhaps not the nearest. In mode [`Within`](Mode::Within) they come as in mode exact.
+    ///
     /// ```
     /// # use delaunay_tiles::{build::{BuildOptions, Builder}, geometry::Point, input::PointBatch};
     /// use delaunay_tiles::query::QueryOptions;
@@ -299,7 +304,23 @@ impl TileReader {
 
     /// The sites whose walking distance from a point, as computed, is not larger than `radius`, the nearest first, as
     /// [`nearest_sites`](Self::nearest_sites) gives them.
+    ///
+    /// In mode [`Fast`](Mode::Fast) those come whose way as found is not longer than the radius: none that is farther away, but one
+    /// that is hardly nearer may be missing; where the lower bounds hold none that is nearer than the radius divided by 2.42 is.
     pub fn sites_within(
+        &self,
+        at: Point,
+        radius: f64,
+        options: QueryOptions,
+    ) -> impl Stream<Item = Result<SiteFound, QueryError>> + Send + Unpin + 'static + use<> {
+        fast::by_mode(
+            options.mode,
+            || fast::sites(self.clone(), at, radius, options.clone()),
+            || self.exact_sites(at, radius, options.clone()),
+        )
+    }
+
+    fn exact_sites(
         &self,
         at: Point,
         radius: f64,
@@ -331,7 +352,7 @@ impl TileReader {
         })
     }
 
-    /// All vertices that can be reached from a point, by walking distance: the tree of shortest paths. Ends and limits as
+    /// All vertices that can be reached from a point, by walking distance: the tree of shortest paths, in every mode. Ends and limits as
     /// [`nearest_sites`](Self::nearest_sites).
     pub fn vertices_by_distance(
         &self,
@@ -380,6 +401,16 @@ impl TileReader {
         to: Point,
         options: QueryOptions,
     ) -> Result<PathOutcome, QueryError> {
+        Ok(self.path_counted(from, to, options).await?.0)
+    }
+
+    /// The same, with how many tiles it took.
+    pub(super) async fn path_counted(
+        &self,
+        from: Point,
+        to: Point,
+        options: QueryOptions,
+    ) -> Result<(PathOutcome, u64), QueryError> {
         let mut tiles = Tiles::new(self, &options);
         // The last tile is that of the source.
         let (to_point, from_point) = (to, from);
@@ -388,21 +419,39 @@ impl TileReader {
         for (place, point) in [(&from, from_point), (&to, to_point)] {
             if !place.is_free {
                 let nearest_free = place.nearest_free(&mut tiles).await?;
-                return Ok(PathOutcome::InsideObstacle { point, nearest_free });
+                return Ok((PathOutcome::InsideObstacle { point, nearest_free }, tiles.count()));
             }
+        }
+        if options.mode != Mode::Exact {
+            return fast::path(tiles, from, to, options).await;
         }
         let goal = Goal::Places(Places::new([&to]));
         let mut run = Run::start(tiles, from, goal, f64::INFINITY, options).await?;
-        match run.next().await? {
-            Some(found) => Ok(PathOutcome::Found(run.path(&found, &to).await?)),
-            None => Ok(PathOutcome::Unreachable),
-        }
+        let outcome = match run.next().await? {
+            Some(found) => PathOutcome::Found(run.path(&found, &to).await?),
+            None => PathOutcome::Unreachable,
+        };
+        Ok((outcome, run.tiles.count()))
     }
 
     /// Shortest paths from a point to several, nearest first, each with the place of its end in `to`: one to many; the first
     /// is that to the nearest of a set. Those that lie in obstacles or cannot be reached do not come. Ends and limits as
-    /// [`nearest_sites`](Self::nearest_sites).
+    /// [`nearest_sites`](Self::nearest_sites). In mode [`Fast`](Mode::Fast) each is looked for by itself, before the first comes, and
+    /// they come by their values.
     pub fn shortest_paths(
+        &self,
+        from: Point,
+        to: Vec<Point>,
+        options: QueryOptions,
+    ) -> impl Stream<Item = Result<(usize, Path), QueryError>> + Send + Unpin + 'static + use<> {
+        fast::by_mode(
+            options.mode,
+            || fast::paths(self.clone(), from, to.clone(), options.clone()),
+            || self.exact_paths(from, to.clone(), options.clone()),
+        )
+    }
+
+    fn exact_paths(
         &self,
         from: Point,
         to: Vec<Point>,

@@ -30,8 +30,8 @@ pub struct Bend {
     pub vertex: Vertex,
     /// Whether the path turns left there, with an obstacle on its left; otherwise right.
     pub turns_left: bool,
-    /// The other end of the edge, from the vertex, that it bends around.
-    pub edge_to: Vertex,
+    /// The other end of the edge, from the vertex, that it bends around. None if nothing is in the way: the path is not a shortest one.
+    pub edge_to: Option<Vertex>,
     /// The lines along that edge, as seen from the vertex; none if it only separates a hole that nothing drew.
     pub sources: Vec<EdgeSource>,
 }
@@ -47,7 +47,18 @@ pub(super) async fn path(
     length: f64,
     is_certified: bool,
 ) -> Result<Path, QueryError> {
-    let legs = way.len();
+    let distance = Distance::of_legs(length, way.len());
+    path_with(tiles, way, ends, distance, is_certified).await
+}
+
+/// The same with bounds that are known; it need not be a shortest one.
+pub(super) async fn path_with(
+    tiles: &mut Tiles,
+    way: &[WayPoint],
+    ends: [&Place; 2],
+    distance: Distance,
+    is_certified: bool,
+) -> Result<Path, QueryError> {
     let way = bent(way);
     if is_certified {
         certify(tiles, &way, ends).await?;
@@ -56,11 +67,11 @@ pub(super) async fn path(
     for around in way.windows(3) {
         if let [(before, _), (point, Some(id)), (after, _)] = *around {
             let turns_left = orient2d(before, point, after) == Orientation::CounterClockwise;
-            bends.push(bend(tiles, Vertex { id, point }, turns_left).await?);
+            bends.push(bend(tiles, Vertex { id, point }, [before, after], turns_left).await?);
         }
     }
     Ok(Path {
-        distance: Distance::of_legs(length, legs),
+        distance,
         points: way.into_iter().map(|(point, _)| point).collect(),
         bends,
         is_certified,
@@ -85,16 +96,38 @@ fn bent(way: &[WayPoint]) -> Vec<WayPoint> {
     bent
 }
 
-/// What a path bends around at a vertex.
-async fn bend(tiles: &mut Tiles, vertex: Vertex, turns_left: bool) -> Result<Bend, QueryError> {
+/// What a path bends around at a vertex, between two points.
+async fn bend(
+    tiles: &mut Tiles,
+    vertex: Vertex,
+    [before, after]: [Point; 2],
+    turns_left: bool,
+) -> Result<Bend, QueryError> {
     let tile = tiles.get(vertex.id.tile).await?;
     let ground = Ground {
         tile: &tile,
         outside_is_free: tiles.outside_is_free(),
     };
     let edge = bound(ground, vertex.id.index, turns_left).map_err(|reason| tiles.damaged(tile.id(), reason))?;
+    let free = Bend {
+        vertex,
+        turns_left,
+        edge_to: None,
+        sources: Vec::new(),
+    };
+    let Some(edge) = edge else { return Ok(free) };
     let [from, to] = tile.ends(edge);
     let edge_to = if from.id == vertex.id { to } else { from };
+    let away = if turns_left {
+        Orientation::Clockwise
+    } else {
+        Orientation::CounterClockwise
+    };
+    let is_in_the_way =
+        orient2d(vertex.point, after, edge_to.point) != away && orient2d(before, vertex.point, edge_to.point) != away;
+    if !is_in_the_way {
+        return Ok(free);
+    }
     // The sources stand in the tile of the smaller end.
     let owner = if vertex.point.lex_cmp(edge_to.point).is_lt() {
         vertex.id
@@ -122,22 +155,23 @@ async fn bend(tiles: &mut Tiles, vertex: Vertex, turns_left: bool) -> Result<Ben
     Ok(Bend {
         vertex,
         turns_left,
-        edge_to,
+        edge_to: Some(edge_to),
         sources,
     })
 }
 
-/// The side of a vertex's tile, from or to the vertex, at the left or right end of the sector in which paths turn there.
-fn bound(ground: Ground<'_>, vertex: u32, on_left: bool) -> Result<u32, String> {
+/// The side of a vertex's tile, from or to the vertex, at the left or right end of the sector in which paths turn there, if there is one.
+fn bound(ground: Ground<'_>, vertex: u32, on_left: bool) -> Result<Option<u32>, String> {
     let Some(wedge) = ground.turning_sector(vertex)? else {
-        return Err(format!("a path bends at vertex {vertex}, where nothing is in the way"));
+        return Ok(None);
     };
-    match (ground.end_of_sector(vertex, wedge, on_left)?, on_left) {
-        (Wedge::Triangle(side), true) => Ok(previous(side)),
-        (Wedge::Triangle(side), false) => Ok(side),
-        (Wedge::Outside, true) => ground.first(vertex),
-        (Wedge::Outside, false) => ground.last(vertex).map(previous),
-    }
+    let side = match (ground.end_of_sector(vertex, wedge, on_left)?, on_left) {
+        (Wedge::Triangle(side), true) => previous(side),
+        (Wedge::Triangle(side), false) => side,
+        (Wedge::Outside, true) => ground.first(vertex)?,
+        (Wedge::Outside, false) => previous(ground.last(vertex)?),
+    };
+    Ok(Some(side))
 }
 
 /// The lines along a side, as seen in its direction or against it.

@@ -42,6 +42,11 @@ impl Tiles {
         }
     }
 
+    /// How many different tiles were asked for.
+    pub(super) fn count(&self) -> u64 {
+        self.read.len() as u64
+    }
+
     /// What is known of the whole file.
     pub(super) fn metadata(&self) -> &Metadata {
         &self.reader.directory().metadata

@@ -10,6 +10,7 @@ mod area;
 mod edges;
 mod matrix;
 mod methods;
+mod modes;
 mod outcomes;
 mod scene;
 mod truth;
@@ -52,7 +53,7 @@ async fn walk(reader: &TileReader, from: Point, to: Point) -> Walk {
                     Orientation::Clockwise
                 };
                 assert!(bend.vertex.point == around[1] && turn(around[2]) == left, "{path:?}");
-                let is_in_the_way = orient2d(around[1], around[2], bend.edge_to.point);
+                let is_in_the_way = orient2d(around[1], around[2], bend.edge_to.unwrap().point);
                 assert!(
                     is_in_the_way == left || is_in_the_way == Orientation::Collinear,
                     "{path:?}"

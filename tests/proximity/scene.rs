@@ -1,9 +1,9 @@
 //! Scenes to walk in.
 
-use delaunay_tiles::build::{BuildOptions, Builder, Crossings};
+use delaunay_tiles::build::{BuildOptions, Builder, Crossings, Description};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
-use delaunay_tiles::store::{Cache, LineKind, OpenOptions, TileReader};
+use delaunay_tiles::store::{Cache, LineKind, LineSource, OpenOptions, TileReader};
 
 use crate::support::{Random, Scratch, batches};
 
@@ -161,6 +161,16 @@ impl Scene {
             ..BuildOptions::default()
         };
         let mut builder = Builder::new(&scratch.path, options).unwrap();
+        let lines = self.lines.iter().zip(0..).map(|((kind, _), first)| LineSource {
+            name: format!("line {first}"),
+            kind: *kind,
+            first,
+            lines: 1,
+        });
+        builder.describe(Description {
+            lines: lines.collect(),
+            ..Description::default()
+        });
         for ((kind, corners), number) in self.lines.iter().zip(0..) {
             let ends: Vec<[Point; 2]> = corners.windows(2).map(|pair| [pair[0], pair[1]]).collect();
             let batch = SegmentBatch {

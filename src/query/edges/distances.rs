@@ -40,8 +40,8 @@ pub struct CdtVertex {
 }
 
 /// A stream of vertices in their sectors.
-struct Vertices {
-    run: EdgeRun,
+pub(in crate::query) struct Vertices {
+    pub(in crate::query) run: EdgeRun,
     /// For each node, how many edges lead there.
     legs: Vec<u32>,
     /// Nodes that are no vertices of the file; they come first.
@@ -49,7 +49,7 @@ struct Vertices {
 }
 
 impl Vertices {
-    async fn next(&mut self) -> Result<Option<CdtVertex>, QueryError> {
+    async fn next(&mut self) -> Result<Option<(CdtVertex, u32)>, QueryError> {
         while let Some(number) = self.run.next().await? {
             let node = *self.run.node(number);
             let before = self.legs.get(node.parent as usize);
@@ -59,7 +59,7 @@ impl Vertices {
                 continue;
             }
             let parent = node.parent.checked_sub(self.put_in).filter(|_| node.parent != NO_NODE);
-            return Ok(Some(CdtVertex {
+            let found = CdtVertex {
                 vertex: Vertex {
                     id: node.vertex,
                     point: node.point,
@@ -67,15 +67,16 @@ impl Vertices {
                 sector: (node.sector != node.vertex).then_some(node.sector),
                 distance: Distance::of_legs(node.length, self.legs[number as usize] as usize),
                 parent: parent.map(u64::from),
-            }));
+            };
+            return Ok(Some((found, number)));
         }
         Ok(None)
     }
 }
 
 /// A stream of sites.
-struct Sites {
-    vertices: Vertices,
+pub(in crate::query) struct Sites {
+    pub(in crate::query) vertices: Vertices,
     met: HashSet<VertexId>,
     /// Those that were met, by length and number, until no other can be as near.
     ready: BinaryHeap<Reverse<Ready>>,
@@ -84,6 +85,7 @@ struct Sites {
 struct Ready {
     key: (u64, u64),
     site: SiteFound,
+    node: u32,
 }
 
 impl PartialEq for Ready {
@@ -107,17 +109,32 @@ impl Ord for Ready {
 }
 
 impl Sites {
-    async fn next(&mut self) -> Result<Option<SiteFound>, QueryError> {
+    /// Starts at a point, for sites that are not farther away than `limit`.
+    pub(in crate::query) async fn start(
+        reader: &TileReader,
+        at: Point,
+        limit: f64,
+        options: &QueryOptions,
+    ) -> Result<Self, QueryError> {
+        Ok(Self {
+            vertices: Vertices::start(reader, at, limit, options).await?,
+            met: HashSet::new(),
+            ready: BinaryHeap::new(),
+        })
+    }
+
+    /// The next site, and its node.
+    pub(in crate::query) async fn next(&mut self) -> Result<Option<(SiteFound, u32)>, QueryError> {
         loop {
             let front = self.vertices.run.search.front();
             let nearest = self.ready.peek().map(|ready| f64::from_bits(ready.0.key.0));
             if nearest.is_some_and(|nearest| nearest < front) {
-                return Ok(self.ready.pop().map(|Reverse(ready)| ready.site));
+                return Ok(self.ready.pop().map(|Reverse(ready)| (ready.site, ready.node)));
             }
             let found = self.vertices.next().await;
             let at_least = nearest.unwrap_or(front);
-            let Some(found) = found.map_err(|error| error.at_least(at_least))? else {
-                return Ok(self.ready.pop().map(|Reverse(ready)| ready.site));
+            let Some((found, node)) = found.map_err(|error| error.at_least(at_least))? else {
+                return Ok(self.ready.pop().map(|Reverse(ready)| (ready.site, ready.node)));
             };
             if !self.met.insert(found.vertex.id) {
                 continue;
@@ -132,6 +149,7 @@ impl Sites {
                         distance: found.distance,
                         path: None,
                     },
+                    node,
                 }));
             }
         }
@@ -139,11 +157,9 @@ impl Sites {
 }
 
 impl Vertices {
-    async fn start(reader: &TileReader, at: Point, options: &QueryOptions) -> Result<Self, QueryError> {
-        let mut run = EdgeRun::from_point(reader, at, f64::INFINITY, options).await?;
-        run.refuse_break_lines()?;
+    async fn start(reader: &TileReader, at: Point, limit: f64, options: &QueryOptions) -> Result<Self, QueryError> {
         Ok(Self {
-            run,
+            run: EdgeRun::from_point(reader, at, limit, options).await?,
             legs: Vec::new(),
             put_in: 0,
         })
@@ -196,9 +212,13 @@ impl TileReader {
         options: QueryOptions,
     ) -> impl Stream<Item = Result<CdtVertex, QueryError>> + Send + Unpin + 'static + use<> {
         let reader = self.clone();
-        let start = async move { Vertices::start(&reader, from, &options).await };
+        let start = async move {
+            let mut vertices = Vertices::start(&reader, from, f64::INFINITY, &options).await?;
+            vertices.run.refuse_break_lines()?;
+            Ok(vertices)
+        };
         unfold(start, |mut vertices: Vertices| async move {
-            Ok(vertices.next().await?.map(|vertex| (vertex, vertices)))
+            Ok(vertices.next().await?.map(|(vertex, _)| (vertex, vertices)))
         })
     }
 
@@ -212,14 +232,12 @@ impl TileReader {
     ) -> impl Stream<Item = Result<SiteFound, QueryError>> + Send + Unpin + 'static + use<> {
         let reader = self.clone();
         let start = async move {
-            Ok(Sites {
-                vertices: Vertices::start(&reader, from, &options).await?,
-                met: HashSet::new(),
-                ready: BinaryHeap::new(),
-            })
+            let mut sites = Sites::start(&reader, from, f64::INFINITY, &options).await?;
+            sites.vertices.run.refuse_break_lines()?;
+            Ok(sites)
         };
         unfold(start, |mut sites: Sites| async move {
-            Ok(sites.next().await?.map(|site| (site, sites)))
+            Ok(sites.next().await?.map(|(site, _)| (site, sites)))
         })
     }
 }

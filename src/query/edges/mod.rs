@@ -37,6 +37,7 @@ use crate::geometry::Point;
 use crate::store::{Tile, TileId, VertexId};
 use corner::PUT_IN;
 pub(super) use corner::{Corner, Within};
+pub(super) use distances::Sites as SitesAlongEdges;
 pub use distances::{CdtPath, CdtVertex};
 use overlay::{Link, Overlay};
 pub(super) use run::{BreakLines, EdgeRun};
@@ -296,9 +297,11 @@ impl EdgeSearch {
         };
         for wedge in wedges {
             let [on_right, on_left] = self.edges(ground, id, wedge)?;
-            self.walk(ground, node, on_left);
-            // Over an open edge, the next wedge has it.
-            if ground.right_of(vertex, wedge)?.is_none() {
+            // An open edge is walked along in one of the wedges beside it, and not in the outside: that has no triangles.
+            if wedge != Wedge::Outside || ground.left_of(vertex, wedge)?.is_none() {
+                self.walk(ground, node, on_left);
+            }
+            if matches!(ground.right_of(vertex, wedge)?, None | Some(Wedge::Outside)) {
                 self.walk(ground, node, on_right);
             }
         }
@@ -365,6 +368,11 @@ impl EdgeSearch {
             within: Some(to.within),
         });
     }
+}
+
+/// Whether a vertex is a point that was put in.
+pub(super) fn is_put_in(vertex: VertexId) -> bool {
+    vertex.tile == PUT_IN
 }
 
 /// The wedge of a vertex of the tile that is named by a vertex on its left.

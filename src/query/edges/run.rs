@@ -18,6 +18,7 @@ pub(in crate::query) struct EdgeRun {
     pub(in crate::query) tiles: Tiles,
     pub(in crate::query) search: EdgeSearch,
     tile: Arc<Tile>,
+    source: Place,
     pause: u32,
     /// Whether to fail where there is a break line.
     refuses: bool,
@@ -61,14 +62,19 @@ impl EdgeRun {
         Self::begin(tiles, source, Some(target), f64::INFINITY).await
     }
 
-    /// Starts at a vertex in some of its wedges.
-    pub(in crate::query) async fn from_corners(mut tiles: Tiles, corners: &[Corner]) -> Result<Self, QueryError> {
+    /// Starts at a vertex in some of its wedges, on behalf of a place near it.
+    pub(in crate::query) async fn from_corners(
+        mut tiles: Tiles,
+        source: Place,
+        corners: &[Corner],
+    ) -> Result<Self, QueryError> {
         let search = EdgeSearch::from_corners(corners, tiles.outside_is_free());
         let tile = tiles.last().await?;
         Ok(Self {
             tiles,
             search,
             tile,
+            source,
             pause: PAUSE,
             refuses: false,
         })
@@ -93,6 +99,7 @@ impl EdgeRun {
             tiles,
             search,
             tile,
+            source,
             pause: PAUSE,
             refuses: false,
         };
@@ -179,5 +186,10 @@ impl EdgeRun {
     /// The tile of the vertex of the file that was found last, with its whole star.
     pub(in crate::query) fn tile(&self) -> &Arc<Tile> {
         &self.tile
+    }
+
+    /// Where it started.
+    pub(in crate::query) fn source(&self) -> &Place {
+        &self.source
     }
 }

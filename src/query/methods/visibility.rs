@@ -99,7 +99,7 @@ impl Walk {
         let run = if corners.is_empty() {
             EdgeRun::start(tiles, asked.source.clone(), f64::INFINITY).await?
         } else {
-            EdgeRun::from_corners(tiles, &corners).await?
+            EdgeRun::from_corners(tiles, asked.source.clone(), &corners).await?
         };
         let mut this = Self {
             run,

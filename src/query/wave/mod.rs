@@ -169,6 +169,11 @@ impl Wave {
         front.fold(f64::INFINITY, f64::min)
     }
 
+    /// How many points it spread from: no way has more legs than that and one.
+    pub(super) fn root_count(&self) -> usize {
+        self.roots.len()
+    }
+
     /// The vertices and points on the way to a root, the source first.
     pub(super) fn way(&self, root: u32) -> Vec<(Point, Option<VertexId>)> {
         let mut way = Vec::new();
@@ -190,11 +195,6 @@ impl Wave {
     pub(super) fn reached(&self) -> impl Iterator<Item = VertexId> {
         let reached = self.seen.iter().filter(|(_, seen)| seen.marks.is_some());
         reached.map(|(&vertex, _)| vertex)
-    }
-
-    /// How many points it spread from.
-    pub(super) fn root_count(&self) -> usize {
-        self.roots.len()
     }
 
     /// The tiles that it will most likely need after this one, the likeliest first.

@@ -428,3 +428,70 @@ fn pictures() {
         ],
     );
 }
+
+#[test]
+fn modes_and_stages() {
+    let town = Town::new();
+    let ends = ["--from", "-2,0", "--to", "1.5,0"];
+    let length = 2f64.sqrt() + 2.0 + 1.25f64.sqrt();
+    for mode in ["exact", "within:0", "within:0.05", "fast"] {
+        let path = town.json("path", &[&ends[..], &["--mode", mode, "--certify"]].concat());
+        let [lower, value, upper] = ["lower", "distance", "upper"].map(|key| path[key].as_f64().unwrap());
+        assert!(lower <= value && value <= upper, "{path}");
+        assert!(lower <= length && length <= upper * (1.0 + 1e-15), "{path}");
+        assert_eq!(path["path"]["certified"], true);
+        for what in ["knn", "range"] {
+            let limit = if what == "knn" { ["-k", "3"] } else { ["--radius", "20"] };
+            let sites = town.json(what, &[&["--at", "-2,0", "--mode", mode], &limit[..]].concat());
+            assert!(sites["sites"].as_array().unwrap().len() >= 2, "{sites}");
+        }
+    }
+    for mode in ["within:-1", "within:nan", "within:x", "within", "quick", ""] {
+        let complaint = town.run(
+            2,
+            &[&["query", "path", "town.tiles", "--mode", mode], &ends[..]].concat(),
+        );
+        assert!(complaint.contains("within:0.05"), "{complaint}");
+    }
+    town.run(
+        2,
+        &[
+            &["query", "path", "town.tiles", "--progressive", "--mode", "fast"],
+            &ends[..],
+        ]
+        .concat(),
+    );
+
+    let both = town.query("path", &[&ends[..], &["--progressive", "--json"]].concat());
+    let both: Vec<Value> = both.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!([&both[0]["stage"], &both[1]["stage"]], ["fast", "exact"]);
+    assert!(
+        both.len() == 2 && both[0]["exact_cost"]["tiles"].as_u64() >= Some(1),
+        "{both:?}"
+    );
+    assert!(both[0]["lower"].as_f64().unwrap() <= length && both[1]["upper"].as_f64().unwrap() >= length);
+    let table = town.query("path", &[&ends[..], &["--progressive", "--csv"]].concat());
+    let rows: Vec<Vec<&str>> = table.lines().map(|row| row.split(',').collect()).collect();
+    assert!(rows.len() == 3 && rows.iter().all(|row| row.len() == 11), "{table}");
+    assert_eq!([rows[0][8], rows[1][8], rows[2][8]], ["stage", "fast", "exact"]);
+    let text = town.query("path", &[&ends[..], &["--progressive"]].concat());
+    assert!(
+        text.starts_with("fast, while the exact answer may take 1 tiles") && text.contains("\nexact: "),
+        "{text}"
+    );
+    let drawn = town.query("knn", &["--at", "-2,0", "-k", "2", "--progressive", "--geojson"]);
+    let drawn: Value = serde_json::from_str(&drawn).unwrap();
+    let stages = drawn["features"].as_array().unwrap().iter();
+    let stages: Vec<&Value> = stages.map(|feature| &feature["properties"]["stage"]).collect();
+    assert_eq!(stages, ["fast", "fast", "exact", "exact"]);
+    let limited = town.query(
+        "path",
+        &[&ends[..], &["--progressive", "--max-time", "0", "--csv"]].concat(),
+    );
+    assert!(
+        limited.contains(",out_of_budget,") && limited.lines().nth(1).unwrap().ends_with(",,,"),
+        "{limited}"
+    );
+    let inside = town.query("knn", &["--at", "0,0", "--progressive"]);
+    assert!(inside.contains("lies in an obstacle"), "{inside}");
+}

@@ -118,9 +118,14 @@ async fn answer_way(
         Ok(outcome) => outcome,
         Err(error) => return Ok((Status::of(error)?, Found::Path(None))),
     };
-    Ok(match outcome {
+    Ok(path_found(outcome))
+}
+
+/// How a question for a path ended, and the path.
+pub fn path_found(outcome: PathOutcome) -> (Status, Found) {
+    match outcome {
         PathOutcome::Found(path) => (Status::Ok, Found::Path(Some(path))),
         PathOutcome::Unreachable => (Status::Unreachable, Found::Path(None)),
         PathOutcome::InsideObstacle { point, nearest_free } => (Status::Inside(point, nearest_free), Found::Path(None)),
-    })
+    }
 }

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use super::answer::{Answer, Found, Status, name, spot};
 use super::ask::Ask;
 use super::batch::Question;
+use super::progress::Stage;
 use super::{along, area, method};
 
 /// How answers are printed.
@@ -29,10 +30,11 @@ pub struct Printer {
 }
 
 impl Printer {
-    /// Prints what comes before all answers.
-    pub fn new(format: Format, ask: Ask) -> anyhow::Result<Self> {
+    /// Prints what comes before all answers, which may come in stages.
+    pub fn new(format: Format, ask: Ask, in_stages: bool) -> anyhow::Result<Self> {
         let mut out = BufWriter::new(io::stdout());
         match format {
+            Format::Csv if in_stages => writeln!(out, "{},{}", header(ask), Stage::HEADER)?,
             Format::Csv => writeln!(out, "{}", header(ask))?,
             Format::GeoJson => write!(out, r#"{{"type":"FeatureCollection","features":["#)?,
             Format::Text | Format::Json => {}
@@ -50,13 +52,49 @@ impl Printer {
             Format::Text => write!(self.out, "{}", text(answer))?,
             Format::Json => writeln!(self.out, "{}", object(answer))?,
             Format::Csv => write!(self.out, "{}", rows(answer))?,
-            Format::GeoJson => {
-                for feature in features(answer) {
-                    let comma = if self.features == 0 { "" } else { "," };
-                    write!(self.out, "{comma}\n{feature}")?;
-                    self.features += 1;
+            Format::GeoJson => self.print_features(features(answer))?,
+        }
+        Ok(())
+    }
+
+    /// Prints one of two answers, at once. Before the first one all may go wrong, which is of no stage.
+    pub fn print_stage(&mut self, answer: &Answer, stage: Option<Stage>) -> anyhow::Result<()> {
+        match self.format {
+            Format::Text => write!(
+                self.out,
+                "{}{}",
+                stage.map(Stage::text).unwrap_or_default(),
+                text(answer)
+            )?,
+            Format::Json => {
+                let mut object = object(answer);
+                stage.into_iter().for_each(|stage| stage.tell(&mut object));
+                writeln!(self.out, "{object}")?;
+            }
+            Format::Csv => {
+                let cells = stage.map_or_else(|| ",,".to_owned(), Stage::cells);
+                for row in rows(answer).lines() {
+                    writeln!(self.out, "{row},{cells}")?;
                 }
             }
+            Format::GeoJson => {
+                let mut features = features(answer);
+                for feature in &mut features {
+                    stage
+                        .into_iter()
+                        .for_each(|stage| stage.tell(&mut feature["properties"]));
+                }
+                self.print_features(features)?;
+            }
+        }
+        Ok(self.out.flush()?)
+    }
+
+    fn print_features(&mut self, features: Vec<Value>) -> anyhow::Result<()> {
+        for feature in features {
+            let comma = if self.features == 0 { "" } else { "," };
+            write!(self.out, "{comma}\n{feature}")?;
+            self.features += 1;
         }
         Ok(())
     }
@@ -168,7 +206,7 @@ fn path_value(path: &Path) -> Value {
             "vertex": bend.vertex.id.to_string(),
             "at": position(bend.vertex.point),
             "turns": if bend.turns_left { "left" } else { "right" },
-            "edge_to": bend.edge_to.id.to_string(),
+            "edge_to": bend.edge_to.map(|end| end.id.to_string()),
             "lines": lines.collect::<Vec<_>>(),
         })
     });
@@ -335,6 +373,15 @@ fn items_as_features(answer: &Answer) -> Vec<Value> {
     items.into_iter().map(feature).collect()
 }
 
+/// The bounds, if more than rounding is between them.
+fn uncertainty(distance: &Distance) -> String {
+    if distance.upper > distance.lower * (1.0 + 1e-9) {
+        format!(", between {} and {}", distance.lower, distance.upper)
+    } else {
+        String::new()
+    }
+}
+
 /// Says in a line of text how a query ended, if not well.
 pub fn say(text: &mut String, status: Status) {
     match status {
@@ -383,12 +430,17 @@ fn text(answer: &Answer) -> String {
             for (site, rank) in sites.iter().zip(1..) {
                 let Point { x, y } = site.vertex.point;
                 let name = name(Some(site.number), site.id.as_deref());
-                _ = writeln!(text, "{rank:4}  {:<20} site {name} at ({x}, {y})", site.distance.value);
+                let about = uncertainty(&site.distance);
+                _ = writeln!(
+                    text,
+                    "{rank:4}  {:<20} site {name} at ({x}, {y}){about}",
+                    site.distance.value
+                );
             }
         }
         Found::Path(path) => {
             if let Some(path) = path {
-                _ = write!(text, ": {}", path.distance.value);
+                _ = write!(text, ": {}{}", path.distance.value, uncertainty(&path.distance));
                 for bend in &path.bends {
                     let Point { x, y } = bend.vertex.point;
                     let turn = if bend.turns_left { "left" } else { "right" };
@@ -397,10 +449,10 @@ fn text(answer: &Answer) -> String {
                         .iter()
                         .map(|source| format!("{} {}", source.kind(), source.number()))
                         .collect();
-                    let around = if lines.is_empty() {
-                        "a hole".to_owned()
-                    } else {
-                        lines.join(", ")
+                    let around = match (bend.edge_to, lines.is_empty()) {
+                        (None, _) => "nothing: a shorter path goes straight on".to_owned(),
+                        (_, true) => "a hole".to_owned(),
+                        _ => lines.join(", "),
                     };
                     _ = write!(text, "\n      {turn} at ({x}, {y}), around {around}");
                 }

@@ -1,0 +1,352 @@
+//! Answers with bounds: fast ones, and those that are within a part of the truth.
+//!
+//! In: free places, and what the options ask for. Out: the shortest way along edges ([`edges`](super::edges)), pulled taut
+//! ([`taut`](super::taut)). Its length is not less than the true one. The true one is not less than the straight line, nor than the way along
+//! edges divided by [`STRETCH`], unless break lines make that bound void or the file does not say whether it has any.
+//!
+//! Where an answer is to be within a part of the truth and these bounds are not close enough, the wave is sent to the goal, not farther than
+//! the fast way leads, until it arrives or its front has come close enough to that length.
+
+use std::collections::VecDeque;
+
+use futures::future::Either;
+use futures::stream::Stream;
+
+use super::edges::{BreakLines, EdgeRun, Node, SitesAlongEdges};
+use super::options::is_tolerance;
+use super::place::Place;
+use super::proximity::{Run, unfold};
+use super::route::{self, Path, WayPoint};
+use super::taut::{length, taut};
+use super::tiles::Tiles;
+use super::wave::{Goal, Places, Step, distance};
+use super::{Distance, Mode, PathOutcome, QueryError, QueryOptions, SiteFound};
+use crate::geometry::Point;
+use crate::store::TileReader;
+
+/// How many times longer the shortest way along edges can be than the shortest one among walls: 4π√3/9 = 2.4184 at most (Bose and Keil,
+/// "On the stretch factor of the constrained Delaunay triangulation", ISVD 2006), rounded up.
+pub(super) const STRETCH: f64 = 2.42;
+
+/// A way found fast.
+pub(super) struct FastWay {
+    pub(super) way: Vec<WayPoint>,
+    pub(super) distance: Distance,
+}
+
+/// At most the distance of two points.
+fn straight(a: Point, b: Point) -> f64 {
+    Distance::of_legs(distance(a, b), 1).lower
+}
+
+/// At most the true length of a shortest way between two points, given what the one along edges has at least.
+fn at_least(tiles: &Tiles, ends: [Point; 2], along_edges: f64) -> f64 {
+    let straight = straight(ends[0], ends[1]);
+    match BreakLines::of(tiles.metadata()) {
+        BreakLines::No => straight.max(along_edges / STRETCH),
+        BreakLines::Yes | BreakLines::Unknown => straight,
+    }
+}
+
+/// Pulls a way along edges taut, and finds its bounds.
+async fn pulled(tiles: &mut Tiles, nodes: &[Node]) -> Result<FastWay, QueryError> {
+    let (Some(first), Some(last)) = (nodes.first(), nodes.last()) else {
+        return Err(QueryError::Uncertified {
+            reason: "a way has no points".to_owned(),
+        });
+    };
+    let along_edges = Distance::of_legs(last.length, nodes.len()).lower;
+    let lower = at_least(tiles, [first.point, last.point], along_edges);
+    let mut way = taut(tiles, nodes).await.map_err(|error| error.at_least(lower))?;
+    if way.is_empty() {
+        way = vec![(first.point, None); 2];
+    }
+    let value = length(&way);
+    let around = Distance::of_legs(value, way.len());
+    Ok(FastWay {
+        way,
+        distance: Distance {
+            value,
+            lower: lower.min(value),
+            upper: around.upper,
+        },
+    })
+}
+
+/// A way between two free places, found fast, if there is one.
+pub(super) async fn way(tiles: Tiles, from: &Place, to: &Place) -> Result<(Tiles, Option<FastWay>), QueryError> {
+    let ends = [from.point, to.point];
+    let (mut run, end) = EdgeRun::towards(tiles, from.clone(), to).await?;
+    let found = run.find(end).await;
+    let node = match found {
+        Ok(Some(node)) => node,
+        Ok(None) => return Ok((run.tiles, None)),
+        Err(QueryError::OutOfBudget { at_least: along_edges }) => {
+            let at_least = at_least(&run.tiles, ends, along_edges);
+            return Err(QueryError::OutOfBudget { at_least });
+        }
+        Err(error) => return Err(error),
+    };
+    let nodes = run.search.way(node);
+    let way = pulled(&mut run.tiles, &nodes).await?;
+    Ok((run.tiles, Some(way)))
+}
+
+/// The path of a way that was found fast.
+async fn path_of(tiles: &mut Tiles, way: &FastWay, ends: [&Place; 2], certify: bool) -> Result<Path, QueryError> {
+    let mut points = way.way.clone();
+    // The ends are known by their places.
+    for (point, place) in [(0, ends[0]), (points.len() - 1, ends[1])] {
+        points[point].1 = place.vertex();
+    }
+    let path = route::path_with(tiles, &points, ends, way.distance, certify).await;
+    path.map_err(|error| error.at_least(way.distance.lower))
+}
+
+impl Mode {
+    /// Fails if this asks for what cannot be.
+    pub(super) fn check(self) -> Result<Self, QueryError> {
+        match self {
+            Self::Within(tolerance) if !is_tolerance(tolerance) => Err(QueryError::NoTolerance { tolerance }),
+            mode => Ok(mode),
+        }
+    }
+}
+
+/// A path between two free places that need not be exact; with how many tiles it took.
+pub(super) async fn path(
+    tiles: Tiles,
+    from: Place,
+    to: Place,
+    options: QueryOptions,
+) -> Result<(PathOutcome, u64), QueryError> {
+    let (mut tiles, found) = way(tiles, &from, &to).await?;
+    let Some(mut found) = found else {
+        return Ok((PathOutcome::Unreachable, tiles.count()));
+    };
+    if let Mode::Within(tolerance) = options.mode.check()?
+        && found.distance.upper > (1.0 + tolerance) * found.distance.lower
+    {
+        let goal = Goal::Places(Places::new([&to]));
+        // What is pruned is longer, whatever was rounded.
+        let limit = found.distance.upper * (1.0 + 1e-9);
+        let certify = options.certify;
+        let mut run = Run::start(tiles, from.clone(), goal, limit, options).await?;
+        let close = run.next_beyond(found.distance.upper / (1.0 + tolerance)).await;
+        match close.map_err(|error| at_least_of(error, found.distance.lower))? {
+            Ahead::Found(exact) => {
+                let path = run.path(&exact, &to).await?;
+                return Ok((PathOutcome::Found(path), run.tiles.count()));
+            }
+            Ahead::Beyond(front) => found.distance.lower = found.distance.lower.max(front).min(found.distance.value),
+        }
+        let path = path_of(&mut run.tiles, &found, [&from, &to], certify).await?;
+        return Ok((PathOutcome::Found(path), run.tiles.count()));
+    }
+    let path = path_of(&mut tiles, &found, [&from, &to], options.certify).await?;
+    Ok((PathOutcome::Found(path), tiles.count()))
+}
+
+/// The error with a better bound, if it has one.
+fn at_least_of(error: QueryError, known: f64) -> QueryError {
+    match error {
+        QueryError::OutOfBudget { at_least } => QueryError::OutOfBudget {
+            at_least: at_least.max(known),
+        },
+        other => other,
+    }
+}
+
+/// What a wave comes to that need not arrive.
+enum Ahead {
+    Found(super::wave::Found),
+    /// All that was not found has at least this length.
+    Beyond(f64),
+}
+
+impl Run {
+    /// The next thing that is found, unless all that was not is known to be at least so far away before that, or there is nothing.
+    async fn next_beyond(&mut self, enough: f64) -> Result<Ahead, QueryError> {
+        loop {
+            let step = self.wave.step(&self.tile);
+            let step = step.map_err(|reason| self.tiles.damaged(self.tile.id(), reason))?;
+            if let Step::Found(found) = step {
+                return Ok(Ahead::Found(found));
+            }
+            let front = Distance::of_legs(self.wave.front(), self.wave.root_count() + 1).lower;
+            if front >= enough {
+                return Ok(Ahead::Beyond(front));
+            }
+            let went_on = match step {
+                Step::Need(id) => self.tiles.get(id).await.map(|tile| self.tile = tile),
+                _ => {
+                    tokio::task::yield_now().await;
+                    self.tiles.check_time()
+                }
+            };
+            went_on.map_err(|error| error.at_least(front))?;
+        }
+    }
+}
+
+/// Sites by their way along edges, each with that pulled taut.
+struct FastSites {
+    sites: SitesAlongEdges,
+    radius: f64,
+    options: QueryOptions,
+}
+
+impl FastSites {
+    async fn next(&mut self) -> Result<Option<SiteFound>, QueryError> {
+        loop {
+            let found = self.sites.next().await;
+            let run = &mut self.sites.vertices.run;
+            let bound = |error| match error {
+                QueryError::OutOfBudget { at_least } => QueryError::OutOfBudget {
+                    at_least: match BreakLines::of(run.tiles.metadata()) {
+                        BreakLines::No => at_least / STRETCH,
+                        BreakLines::Yes | BreakLines::Unknown => 0.0,
+                    },
+                },
+                other => other,
+            };
+            let Some((mut site, node)) = found.map_err(bound)? else {
+                return Ok(None);
+            };
+            let nodes = run.search.way(node);
+            if distance(nodes[0].point, site.vertex.point) > self.radius {
+                continue;
+            }
+            let along_edges = site.distance.lower;
+            let known = match BreakLines::of(run.tiles.metadata()) {
+                BreakLines::No => along_edges / STRETCH,
+                BreakLines::Yes | BreakLines::Unknown => 0.0,
+            };
+            let way = pulled(&mut run.tiles, &nodes)
+                .await
+                .map_err(|error| error.at_least(known))?;
+            if way.distance.value > self.radius {
+                continue;
+            }
+            site.distance = way.distance;
+            if self.options.paths {
+                let (source, to) = (run.source().clone(), Place::at(site.vertex));
+                let path = path_of(&mut run.tiles, &way, [&source, &to], self.options.certify).await;
+                site.path = Some(path.map_err(|error| error.at_least(known))?);
+            }
+            return Ok(Some(site));
+        }
+    }
+}
+
+/// The first sites of mode fast, with how many tiles they took.
+pub(super) async fn first_sites(
+    reader: &TileReader,
+    at: Point,
+    count: usize,
+    options: QueryOptions,
+) -> Result<(Vec<SiteFound>, u64), QueryError> {
+    let mut sites = FastSites {
+        sites: SitesAlongEdges::start(reader, at, f64::INFINITY, &options).await?,
+        radius: f64::INFINITY,
+        options,
+    };
+    let mut found = Vec::new();
+    while found.len() < count {
+        match sites.next().await? {
+            Some(site) => found.push(site),
+            None => break,
+        }
+    }
+    Ok((found, sites.sites.vertices.run.tiles.count()))
+}
+
+/// Sites as [`TileReader::sites_within`] gives them in mode fast.
+pub(super) fn sites(
+    reader: TileReader,
+    at: Point,
+    radius: f64,
+    options: QueryOptions,
+) -> impl Stream<Item = Result<SiteFound, QueryError>> + Send + Unpin + 'static + use<> {
+    let start = async move {
+        // What is farther away along edges is farther away than the radius.
+        let limit = radius * STRETCH;
+        let sites = SitesAlongEdges::start(&reader, at, limit, &options).await?;
+        Ok(FastSites { sites, radius, options })
+    };
+    unfold(start, |mut sites: FastSites| async move {
+        Ok(sites.next().await?.map(|site| (site, sites)))
+    })
+}
+
+/// Paths that were found, nearest first, and why there are no more.
+struct Several {
+    found: VecDeque<(usize, Path)>,
+    failed: Option<QueryError>,
+}
+
+/// A path to one of several points, if there is one.
+async fn one(mut tiles: Tiles, from: &Place, to: Point, certify: bool) -> Result<(Tiles, Option<Path>), QueryError> {
+    let to = Place::find(&mut tiles, to).await?;
+    if !to.is_free {
+        return Ok((tiles, None));
+    }
+    let (mut tiles, found) = way(tiles, from, &to).await?;
+    let path = match found {
+        Some(found) => Some(path_of(&mut tiles, &found, [from, &to], certify).await?),
+        None => None,
+    };
+    Ok((tiles, path))
+}
+
+/// Paths as [`TileReader::shortest_paths`] gives them in mode fast: each is looked for by itself.
+pub(super) fn paths(
+    reader: TileReader,
+    from: Point,
+    to: Vec<Point>,
+    options: QueryOptions,
+) -> impl Stream<Item = Result<(usize, Path), QueryError>> + Send + Unpin + 'static + use<> {
+    let start = async move {
+        let mut tiles = Tiles::new(&reader, &options);
+        let source = Place::find_free(&mut tiles, from).await?;
+        let (mut found, mut failed) = (Vec::new(), None);
+        for (&point, number) in to.iter().zip(0..) {
+            match one(tiles, &source, point, options.certify).await {
+                Ok((still, path)) => {
+                    tiles = still;
+                    found.extend(path.map(|path| (number, path)));
+                }
+                Err(QueryError::OutOfBudget { .. }) => {
+                    let rest = to[number..].iter().map(|&point| straight(from, point));
+                    let at_least = rest.fold(f64::INFINITY, f64::min);
+                    failed = Some(QueryError::OutOfBudget { at_least });
+                    break;
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        found.sort_by(|a, b| a.1.distance.value.total_cmp(&b.1.distance.value));
+        Ok(Several {
+            found: found.into(),
+            failed,
+        })
+    };
+    unfold(start, |mut several: Several| async move {
+        match (several.found.pop_front(), several.failed.take()) {
+            (Some(found), failed) => {
+                several.failed = failed;
+                Ok(Some((found, several)))
+            }
+            (None, Some(error)) => Err(error),
+            (None, None) => Ok(None),
+        }
+    })
+}
+
+/// One of two streams, by the mode.
+pub(super) fn by_mode<A, B>(mode: Mode, fast: impl FnOnce() -> A, exact: impl FnOnce() -> B) -> Either<A, B> {
+    match mode {
+        Mode::Fast => Either::Left(fast()),
+        Mode::Exact | Mode::Within(_) => Either::Right(exact()),
+    }
+}

@@ -1,0 +1,427 @@
+//! In every mode the truth lies between the bounds, and every path can be walked.
+
+use std::time::Duration;
+
+use delaunay_tiles::build::{BuildOptions, Builder};
+use delaunay_tiles::geometry::Point;
+use delaunay_tiles::query::{
+    Distance, Location, Mode, Path, PathOutcome, Progress, QueryError, QueryOptions, SiteFound,
+};
+use delaunay_tiles::store::{LineKind, TileReader};
+use futures::{Stream, StreamExt, TryStreamExt};
+use proptest::prelude::*;
+
+use crate::scene::{Scene, at, block, line, open, wall};
+use crate::support::oracle::{Oracle, Walk};
+use crate::support::{Random, Scratch, batches, runtime};
+use crate::{TILES, is_near};
+
+const MODES: [Mode; 5] = [
+    Mode::Fast,
+    Mode::Within(0.0),
+    Mode::Within(0.01),
+    Mode::Within(0.2),
+    Mode::Exact,
+];
+
+fn options(mode: Mode) -> QueryOptions {
+    QueryOptions::default().mode(mode)
+}
+
+/// Whether the truth, rounded, lies between the bounds, and these are as close as the mode promises.
+fn check_distance(found: &Distance, truth: f64, mode: Mode) {
+    let Distance { value, lower, upper } = *found;
+    assert!(lower <= value && value <= upper, "{found:?}");
+    assert!(
+        lower <= truth * (1.0 + 1e-13) && truth * (1.0 - 1e-13) <= upper,
+        "{mode:?}: {found:?}, but {truth}"
+    );
+    let promised = match mode {
+        Mode::Fast => return,
+        Mode::Within(tolerance) => 1.0 + tolerance,
+        _ => 1.0,
+    };
+    assert!(upper <= lower * promised * (1.0 + 1e-12), "{mode:?}: {found:?}");
+}
+
+/// A certified path is as long as it says, and its bends are its points.
+fn check_path(path: &Path, from: Point, to: Point) {
+    assert!(path.is_certified);
+    assert_eq!((path.points.first(), path.points.last()), (Some(&from), Some(&to)));
+    let legs = path
+        .points
+        .windows(2)
+        .map(|leg| (leg[1].x - leg[0].x).hypot(leg[1].y - leg[0].y));
+    assert!(
+        is_near(legs.sum(), path.distance.value) || path.distance.value == 0.0,
+        "{path:?}"
+    );
+    assert_eq!(path.bends.len() + 2, path.points.len(), "{path:?}");
+    let points = path.points[1..].iter().zip(&path.bends);
+    assert!(points.clone().all(|(&point, bend)| bend.vertex.point == point));
+}
+
+async fn is_outside(reader: &TileReader, point: Point) -> bool {
+    reader.locate(point.x, point.y).await.unwrap() == Location::Outside
+}
+
+async fn compare_paths(reader: &TileReader, from: Point, targets: &[Point], expected: &[Walk]) -> f64 {
+    let mut worst: f64 = 1.0;
+    for mode in MODES {
+        for (&to, &expected) in targets.iter().zip(expected) {
+            let outcome = reader.shortest_path(from, to, options(mode).certified()).await.unwrap();
+            match (&outcome, expected) {
+                (PathOutcome::Found(path), Walk::Length(truth)) => {
+                    check_distance(&path.distance, truth, mode);
+                    check_path(path, from, to);
+                    // It is taut: something is in the way wherever it bends.
+                    let is_taut = path.bends.iter().all(|bend| bend.edge_to.is_some());
+                    assert!(
+                        is_taut || is_outside(reader, from).await || is_outside(reader, to).await,
+                        "{path:?}"
+                    );
+                    if truth > 0.0 {
+                        worst = worst.max(path.distance.value / truth);
+                    }
+                }
+                (PathOutcome::Unreachable, Walk::Unreachable) => {}
+                (PathOutcome::InsideObstacle { .. }, Walk::Inside) => {}
+                _ => panic!("{mode:?}: {from:?} to {to:?}: {outcome:?}, not {expected:?}"),
+            }
+        }
+    }
+    worst
+}
+
+async fn all<T>(stream: impl Stream<Item = Result<T, QueryError>>) -> Vec<T> {
+    stream.try_collect().await.unwrap()
+}
+
+async fn compare_streams(reader: &TileReader, oracle: &Oracle, from: Point, scene: &Scene, targets: &[Point]) {
+    let has_break_lines = scene.lines.iter().any(|line| line.0 == LineKind::BreakLine);
+    let truths = oracle.walks(from, &scene.sites);
+    let reached = truths.iter().filter(|walk| matches!(walk, Walk::Length(_))).count();
+    let truth = |site: &SiteFound| match truths[site.number as usize] {
+        Walk::Length(truth) => truth,
+        other => panic!("{site:?}, but {other:?}"),
+    };
+    let walks = oracle.walks(from, targets);
+    for mode in MODES {
+        let sites = all(reader.nearest_sites(from, options(mode).certified())).await;
+        assert_eq!(sites.len(), reached);
+        for site in &sites {
+            check_distance(&site.distance, truth(site), mode);
+            let path = site.path.as_ref().unwrap();
+            assert_eq!(path.distance.value, site.distance.value);
+            check_path(path, from, site.vertex.point);
+        }
+        if let Some(middle) = sites.get(sites.len() / 2) {
+            let radius = middle.distance.value;
+            let within = all(reader.sites_within(from, radius, options(mode))).await;
+            assert!(within.iter().all(|site| site.distance.value <= radius));
+            let surely = if has_break_lines { 0.0 } else { radius / 2.42 };
+            let near = (0..)
+                .zip(&truths)
+                .filter(|(_, walk)| matches!(walk, Walk::Length(truth) if *truth < surely));
+            for (number, _) in near {
+                assert!(
+                    within.iter().any(|site| site.number == number),
+                    "{mode:?}: {number} of {within:?}"
+                );
+            }
+        }
+        let paths = all(reader.shortest_paths(from, targets.to_vec(), options(mode).certified())).await;
+        assert!(paths.is_sorted_by(|a, b| a.1.distance.value <= b.1.distance.value));
+        let mut numbers: Vec<usize> = paths.iter().map(|path| path.0).collect();
+        numbers.sort_unstable();
+        let expected = (0..targets.len()).filter(|&to| matches!(walks[to], Walk::Length(_)));
+        assert!(numbers.into_iter().eq(expected), "{mode:?}");
+        for (to, path) in &paths {
+            let Walk::Length(truth) = walks[*to] else {
+                unreachable!()
+            };
+            check_distance(&path.distance, truth, mode);
+            check_path(path, from, targets[*to]);
+        }
+    }
+}
+
+/// Compares all modes with the oracle, and tiles of several sizes with each other. Returns how many times too long the worst path is.
+fn check(scene: &Scene, count: usize, tile_sizes: &[usize], seed: u64) -> f64 {
+    let mut worst: f64 = 1.0;
+    runtime().block_on(async {
+        let targets = scene.targets(&mut Random(seed), count);
+        let sources = &targets[..count.div_ceil(2)];
+        let mut first: Option<Vec<f64>> = None;
+        for (&size, round) in tile_sizes.iter().zip(0..) {
+            let (scratch, reader) = scene.build(size).await;
+            let reader = if round % 2 == 1 {
+                open(&scratch, 0).await
+            } else {
+                reader
+            };
+            let oracle = Oracle::read(&reader).await;
+            let mut lengths = Vec::new();
+            for &from in sources {
+                let walks = oracle.walks(from, &targets);
+                worst = worst.max(compare_paths(&reader, from, &targets, &walks).await);
+                if oracle.is_free(from) {
+                    compare_streams(&reader, &oracle, from, scene, &targets).await;
+                    let sites = all(reader.nearest_sites(from, options(Mode::Fast))).await;
+                    lengths.extend(sites.iter().map(|site| site.distance.value));
+                }
+            }
+            let expected = first.get_or_insert_with(|| lengths.clone());
+            let pairs = lengths.iter().zip(expected.iter());
+            assert!(lengths.len() == expected.len() && pairs.clone().all(|(a, b)| is_near(*a, *b) || a == b));
+        }
+    });
+    worst
+}
+
+#[test]
+fn scenes_by_hand() {
+    let spiral = wall(&[(1, 1), (9, 1), (9, 9), (2, 9), (2, 3), (7, 3), (7, 7), (4, 7), (4, 5)]);
+    for (name, mut scene, worst) in [
+        ("nothing in the way", Scene::on_grid(9, 9, vec![]), 1.0),
+        ("one wall", Scene::in_room(10, vec![wall(&[(5, 2), (5, 8)])]), 1.5),
+        ("a spiral on a grid", Scene::on_grid(11, 11, vec![spiral]), 1.5),
+        (
+            "touching corners",
+            Scene::on_grid(
+                9,
+                9,
+                vec![block([1, 1], [3, 3]), block([4, 4], [3, 3]), block([1, 4], [3, 3])],
+            ),
+            1.5,
+        ),
+        (
+            "walls through from hull to hull",
+            Scene::on_grid(9, 9, vec![wall(&[(4, 0), (4, 8)]), wall(&[(0, 4), (8, 4)])]),
+            1.5,
+        ),
+        (
+            "the island is the hull",
+            Scene {
+                lines: vec![block([0, 0], [6, 4])],
+                ..Scene::default()
+            },
+            1.5,
+        ),
+        (
+            "break lines",
+            Scene::on_grid(
+                9,
+                9,
+                vec![wall(&[(4, 1), (4, 7)]), line(LineKind::BreakLine, &[(0, 2), (8, 6)])],
+            ),
+            1.5,
+        ),
+    ] {
+        println!("{name}");
+        scene.sites = vec![at(0, 0), at(4, 4), at(2, 3), at(4, 2), at(4, 4), at(6, 3)];
+        let found = check(&scene, 8, &TILES, 3);
+        println!("{found} times the truth at worst");
+        assert!(found <= worst, "{name}: {found} times the truth");
+        scene.exterior_is_hole = true;
+        check(&scene, 6, &[9], 4);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 20, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(5), ..ProptestConfig::default() })]
+
+    #[test]
+    fn blocks_and_walls_on_grids(
+        rectangles in prop::collection::vec((0i32..7, 0i32..7, 1i32..4, 1i32..4, 0u8..8), 0..7),
+        walls in prop::collection::vec(prop::collection::vec((0i32..9, 0i32..9), 2..5), 0..4),
+        exterior_is_hole in prop::bool::weighted(0.2),
+        is_dense in any::<bool>(),
+        seed in any::<u64>(),
+    ) {
+        let kinds = [LineKind::BreakLine, LineKind::Wall, LineKind::Obstacle, LineKind::Obstacle];
+        let mut lines: Vec<_> = rectangles.into_iter().map(|(x, y, width, height, how)| {
+            let (_, corners) = block([x, y], [width, height]);
+            (kinds[usize::from(how) / 2], corners)
+        }).collect();
+        lines.extend(walls.into_iter().map(|corners| wall(&corners)).filter(|line| line.1.windows(2).all(|pair| pair[0] != pair[1])));
+        let mut scene = if is_dense { Scene::on_grid(10, 10, lines) } else { Scene::in_room(10, lines) };
+        scene.sites = vec![at(0, 0), at(3, 3), at(7, 2), at(10, 10), at(5, 5), at(5, 5), at(2, 8)];
+        scene.exterior_is_hole = exterior_is_hole;
+        check(&scene, 5, &[[4, 9, 40][scene.lines.len() % 3], 1 << 16], seed);
+    }
+
+    #[test]
+    fn walls_anywhere(seed in any::<u64>()) {
+        let mut random = Random(seed);
+        let point = |random: &mut Random| Point::new(random.unit() * 10.0, random.unit() * 10.0);
+        let mut scene = Scene::default();
+        for _ in 0..random.below(10) {
+            let corners = (0..2 + random.below(3)).map(|_| point(&mut random)).collect();
+            scene.lines.push((LineKind::Wall, corners));
+        }
+        for _ in 0..random.below(4) {
+            let mut corners: Vec<Point> = (0..3).map(|_| point(&mut random)).collect();
+            corners.push(corners[0]);
+            scene.lines.push((LineKind::Obstacle, corners));
+        }
+        scene.points = (0..20).map(|_| point(&mut random)).collect();
+        scene.sites = scene.points[..6].to_vec();
+        check(&scene, 6, &[4, 1 << 16], seed);
+    }
+}
+
+/// Files that do not say which lines they have are not taken for files without break lines.
+#[test]
+fn what_nobody_described() {
+    runtime().block_on(async {
+        let scratch = Scratch::new();
+        let mut builder = Builder::new(&scratch.path, BuildOptions::default()).unwrap();
+        let points: Vec<Point> = (0..81).map(|i| at(i % 9, i / 9)).collect();
+        builder.push_segments(&[[at(0, 1), at(8, 7)]]).unwrap();
+        for batch in batches(&points, &[]) {
+            builder.push(&batch).await.unwrap();
+        }
+        builder.finish().await.unwrap();
+        let reader = scratch.open().await;
+        let error = reader
+            .cdt_distance(at(0, 0), at(8, 8), QueryOptions::default())
+            .await
+            .unwrap_err();
+        assert!(matches!(error, QueryError::BreakLines { .. }), "{error}");
+        let path = reader
+            .shortest_path(at(0, 8), at(8, 1), options(Mode::Fast))
+            .await
+            .unwrap();
+        let PathOutcome::Found(path) = path else {
+            panic!("{path:?}")
+        };
+        assert!(is_near(path.distance.lower, 113f64.sqrt()));
+    });
+}
+
+#[test]
+fn the_fast_answer_comes_first() {
+    let mut scene = Scene::on_grid(
+        33,
+        33,
+        (0..36)
+            .map(|i| block([2 + 5 * (i % 6), 2 + 5 * (i / 6)], [3, 3]))
+            .collect(),
+    );
+    let mut random = Random(9);
+    scene.sites = (0..40)
+        .map(|_| at(5 * random.below(7) as i32, random.below(33) as i32))
+        .collect();
+    runtime().block_on(async {
+        let (_scratch, reader) = scene.build(30).await;
+        let tiles = reader.directory().tree.tiles();
+        let (from, to) = (Point::new(0.5, 0.25), Point::new(31.5, 20.5));
+        let progress = all(reader.shortest_path_progressive(from, to, QueryOptions::default())).await;
+        let exact = reader.shortest_path(from, to, QueryOptions::default()).await.unwrap();
+        let PathOutcome::Found(path) = &exact else {
+            panic!("{exact:?}")
+        };
+        let [
+            Progress::Fast {
+                answer: PathOutcome::Found(fast),
+                exact: cost,
+            },
+            Progress::Exact(last),
+        ] = &progress[..]
+        else {
+            panic!("{progress:?}")
+        };
+        assert_eq!(last, &exact);
+        check_distance(&fast.distance, path.distance.value, Mode::Fast);
+        assert!(cost.tiles >= 1 && cost.tiles <= u64::from(tiles));
+        // No more tiles than were expected.
+        reader
+            .shortest_path(from, to, QueryOptions::default().max_tiles(cost.tiles + 2))
+            .await
+            .unwrap();
+
+        let progress = all(reader.nearest_sites_progressive(from, 5, QueryOptions::default())).await;
+        let nearest: Vec<_> = reader
+            .nearest_sites(from, QueryOptions::default())
+            .take(5)
+            .try_collect()
+            .await
+            .unwrap();
+        let [Progress::Fast { answer, exact: cost }, Progress::Exact(last)] = &progress[..] else {
+            panic!("{progress:?}")
+        };
+        assert_eq!(last, &nearest);
+        assert!(answer.len() == 5 && cost.tiles >= 1 && cost.tiles <= u64::from(tiles));
+
+        // What limits stop ends the stream.
+        let mut stream = reader.shortest_path_progressive(from, to, QueryOptions::default().max_tiles(1));
+        let error = stream.next().await.unwrap().unwrap_err();
+        assert!(
+            matches!(error, QueryError::OutOfBudget { at_least } if at_least <= path.distance.value),
+            "{error}"
+        );
+        assert!(stream.next().await.is_none());
+    });
+}
+
+#[test]
+fn budgets_in_every_mode() {
+    let scene = Scene::on_grid(
+        33,
+        33,
+        (0..36)
+            .map(|i| block([2 + 5 * (i % 6), 2 + 5 * (i / 6)], [3, 3]))
+            .collect(),
+    );
+    let (from, to) = (Point::new(0.5, 16.25), Point::new(31.5, 20.5));
+    runtime().block_on(async {
+        let (_scratch, reader) = scene.build(30).await;
+        let exact = reader.shortest_path(from, to, QueryOptions::default()).await.unwrap();
+        let PathOutcome::Found(exact) = exact else {
+            panic!("{exact:?}")
+        };
+        for mode in MODES {
+            let limits = (1..12).map(|tiles| options(mode).max_tiles(tiles));
+            for limited in limits.chain([options(mode).max_time(Duration::ZERO)]) {
+                match reader.shortest_path(from, to, limited).await {
+                    Ok(PathOutcome::Found(path)) => check_distance(&path.distance, exact.distance.value, mode),
+                    Err(QueryError::OutOfBudget { at_least }) => assert!(at_least <= exact.distance.upper),
+                    other => panic!("{mode:?}: {other:?}"),
+                }
+            }
+        }
+        for tolerance in [-0.5, f64::NAN, f64::INFINITY] {
+            let error = reader
+                .shortest_path(from, to, options(Mode::Within(tolerance)))
+                .await
+                .unwrap_err();
+            assert!(matches!(error, QueryError::NoTolerance { .. }), "{error}");
+            let error = all_or_error(reader.nearest_sites(from, options(Mode::Within(tolerance)))).await;
+            assert!(matches!(error, Some(QueryError::NoTolerance { .. })), "{error:?}");
+        }
+    });
+}
+
+async fn all_or_error<T>(stream: impl Stream<Item = Result<T, QueryError>>) -> Option<QueryError> {
+    stream.try_collect::<Vec<T>>().await.err()
+}
+
+#[test]
+fn modes_by_name() {
+    assert_eq!("exact".parse(), Ok(Mode::Exact));
+    assert_eq!("fast".parse(), Ok(Mode::Fast));
+    assert_eq!("within:0.05".parse(), Ok(Mode::Within(0.05)));
+    for text in [
+        "",
+        "within",
+        "within:",
+        "within:-1",
+        "within:nan",
+        "within:inf",
+        "within:x",
+        "Exact",
+    ] {
+        assert!(text.parse::<Mode>().is_err(), "{text}");
+    }
+}

@@ -1,0 +1,107 @@
+//! Fast answers first, then the exact ones.
+
+use delaunay_tiles::query::{Cost, Progress, QueryError, QueryOptions};
+use delaunay_tiles::store::TileReader;
+use futures::{Stream, TryStreamExt};
+use serde_json::{Value, json};
+
+use super::answer::{Answer, Found, Status};
+use super::ask::{Ask, path_found};
+use super::batch::Question;
+use super::print::Printer;
+
+/// Which of the two answers one is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stage {
+    /// The fast one, with what the exact one is expected to cost.
+    Fast(Cost),
+    Exact,
+}
+
+impl Stage {
+    /// What stands behind the other columns of a table.
+    pub const HEADER: &str = "stage,exact_tiles,exact_seconds";
+
+    pub fn cells(self) -> String {
+        match self {
+            Self::Fast(cost) => format!("fast,{},{}", cost.tiles, cost.time.as_secs_f64()),
+            Self::Exact => "exact,,".to_owned(),
+        }
+    }
+
+    /// Puts it into an object.
+    pub fn tell(self, object: &mut Value) {
+        object["stage"] = match self {
+            Self::Fast(cost) => {
+                object["exact_cost"] = json!({"tiles": cost.tiles, "seconds": cost.time.as_secs_f64()});
+                "fast".into()
+            }
+            Self::Exact => "exact".into(),
+        };
+    }
+
+    pub fn text(self) -> String {
+        match self {
+            Self::Fast(Cost { tiles, time }) => {
+                let seconds = time.as_secs_f64();
+                format!("fast, while the exact answer may take {tiles} tiles and {seconds:.3} s: ")
+            }
+            Self::Exact => "exact: ".to_owned(),
+        }
+    }
+}
+
+/// Answers a question twice, and prints each answer when it is there.
+pub async fn answer(
+    ask: Ask,
+    reader: &TileReader,
+    question: Question,
+    options: QueryOptions,
+    printer: &mut Printer,
+) -> anyhow::Result<()> {
+    match (ask, question) {
+        (Ask::Knn { k }, Question::At(at)) => {
+            let progress = reader.nearest_sites_progressive(at, k as usize, options);
+            print_all(question, progress, |sites| (Status::Ok, Found::Sites(sites)), printer).await
+        }
+        (_, Question::Way(from, to)) => {
+            let progress = reader.shortest_path_progressive(from, to, options);
+            print_all(question, progress, path_found, printer).await
+        }
+        _ => unreachable!("only sites and paths come twice"),
+    }
+}
+
+async fn print_all<T>(
+    question: Question,
+    mut progress: impl Stream<Item = Result<Progress<T>, QueryError>> + Unpin,
+    found: impl Fn(T) -> (Status, Found),
+    printer: &mut Printer,
+) -> anyhow::Result<()> {
+    let mut next_is_exact = false;
+    loop {
+        let (stage, (status, found)) = match progress.try_next().await {
+            Ok(None) => return Ok(()),
+            Ok(Some(Progress::Fast { answer, exact })) => (Some(Stage::Fast(exact)), found(answer)),
+            Ok(Some(Progress::Exact(answer))) => (Some(Stage::Exact), found(answer)),
+            Err(error) => {
+                let stage = next_is_exact.then_some(Stage::Exact);
+                // Nothing was found, but how far away all is at least may be known.
+                let empty = match question {
+                    Question::At(_) => Found::Sites(Vec::new()),
+                    Question::Way(..) => Found::Path(None),
+                };
+                (stage, (Status::of(error)?, empty))
+            }
+        };
+        next_is_exact = true;
+        let answer = Answer {
+            question,
+            status,
+            area: None,
+            statistics: None,
+            found,
+        };
+        printer.print_stage(&answer, stage)?;
+    }
+}
