@@ -118,6 +118,24 @@ fn builds_are_measured_beside_a_peer() {
 }
 
 #[test]
+fn builds_are_measured_alone() {
+    let scratch = tempfile::tempdir().unwrap();
+    run(
+        scratch.path(),
+        "experiment build -o results --distributions kuzmin --sizes 300 --alphas 0 --peers",
+    );
+    let rows = rows(&scratch.path().join("results/builds.csv"));
+    // Without segments, with half as many as points and with a share of 0; the first two once more under the limit.
+    assert_eq!(rows.len(), 3 + 2);
+    for row in rows {
+        assert_eq!(
+            (row["engine"].as_str(), row["distribution"].as_str()),
+            ("tiletool", "kuzmin")
+        );
+    }
+}
+
+#[test]
 fn who_needs_more_memory_than_the_limit_is_ended_and_the_others_go_on() {
     let scratch = tempfile::tempdir().unwrap();
     // Half a million points take spade more than 70 MB, and a build as much as it is allowed and what any process takes.
