@@ -4,6 +4,7 @@ mod support;
 
 use std::collections::HashMap;
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Stdio;
 use std::thread;
@@ -115,6 +116,52 @@ fn builds_are_measured_beside_a_peer() {
     ] {
         assert!(page.contains(part), "{part} is missing: {page}");
     }
+}
+
+#[test]
+fn builds_are_measured_alone() {
+    let scratch = tempfile::tempdir().unwrap();
+    run(
+        scratch.path(),
+        "experiment build -o results --distributions kuzmin --sizes 300 --alphas 0 --peers",
+    );
+    let rows = rows(&scratch.path().join("results/builds.csv"));
+    // Without segments, with half as many as points and with a share of 0; the first two once more under the limit.
+    assert_eq!(rows.len(), 3 + 2);
+    for row in rows {
+        assert_eq!(
+            (row["engine"].as_str(), row["distribution"].as_str()),
+            ("tiletool", "kuzmin")
+        );
+    }
+}
+
+/// A stand-in looks at what the program triangle would be given.
+#[test]
+fn a_program_that_is_installed_is_a_peer() {
+    let scratch = tempfile::tempdir().unwrap();
+    let program = scratch.path().join("bin/triangle");
+    fs::create_dir(scratch.path().join("bin")).unwrap();
+    let script = "#!/bin/sh\n[ \"$(head -1 $2)\" = '300 2 0 0' ] || exit 9\n\
+                  case $1,$2 in -Q,*.node) [ $(wc -l < $2) -eq 301 ];; -pcQ,*.poly) [ $(tail -1 $2) = 0 ];; *) exit 9;; esac\n";
+    fs::write(&program, script).unwrap();
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+    let mut folders = vec![scratch.path().join("bin")];
+    folders.extend(std::env::split_paths(&std::env::var_os("PATH").unwrap()));
+    let args = "experiment build -o results --distributions uniform --sizes 300 --alphas 0.5 --peers triangle";
+    let mut command = tiletool(scratch.path(), args);
+    let output = command
+        .env("PATH", std::env::join_paths(folders).unwrap())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", errors(&output));
+    let rows = rows(&scratch.path().join("results/builds.csv"));
+    let ended: Vec<_> = rows
+        .iter()
+        .filter(|row| row["engine"] == "triangle")
+        .map(|row| row["ended"].as_str())
+        .collect();
+    assert_eq!(ended, ["done"; 4]);
 }
 
 #[test]

@@ -107,7 +107,8 @@ pub fn text_width(text: &str, size: f64) -> f64 {
 
 /// The size, or less if a text would take more than so many pixels.
 pub fn fitted_text(text: &str, size: f64, pixels: f64) -> f64 {
-    size.min(size * pixels / text_width(text, size))
+    let width = text_width(text, size);
+    if width > pixels { size * pixels / width } else { size }
 }
 
 #[cfg(test)]

@@ -76,8 +76,8 @@ pub struct BuildExperimentArgs {
     /// Which of all the sets of points
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// What to compare with; none if it is empty
-    #[arg(long, value_name = "PEER,…", value_delimiter = ',', default_values = ["spade", "triangle"])]
+    /// What to compare with; nothing if no peer follows
+    #[arg(long, value_name = "PEER,…", value_delimiter = ',', num_args = 0.., default_values = ["spade", "triangle"])]
     peers: Vec<Peer>,
     #[command(flatten)]
     pictures: Pictures,

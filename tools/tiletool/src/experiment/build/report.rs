@@ -250,7 +250,8 @@ impl Page<'_> {
             }
         });
         let lines = lines.collect();
-        let title = format!("Within {}; a cross: ended", common::bytes(limit.bytes));
+        let kind = plan.kinds.first().map_or("", |kind| kind.name());
+        let title = format!("{kind}, within {}; a cross: ended", common::bytes(limit.bytes));
         let (x, y) = (Dimension::logarithmic("points"), Dimension::logarithmic("seconds"));
         self.picture("limit", &title, x, y, lines)
     }
