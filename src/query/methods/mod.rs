@@ -124,6 +124,7 @@ impl Asked {
         match method {
             Method::Visibility { stretch } => visibility::sites(self, stretch, wanted).await,
             Method::EuclidXia => xia::sites(self, wanted).await,
+            // The wave has answered before it came to this.
             Method::EuclidZhang | Method::Wave => zhang::sites(self, wanted).await,
         }
     }
@@ -133,6 +134,7 @@ impl Asked {
         match method {
             Method::Visibility { stretch } => visibility::path(self, stretch, to).await,
             Method::EuclidXia => xia::path(self, to).await,
+            // The wave has answered before it came to this.
             Method::EuclidZhang | Method::Wave => zhang::path(self, to).await,
         }
     }

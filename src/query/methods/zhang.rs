@@ -3,8 +3,9 @@
 //! The *k* nearest sites as the crow flies are the first candidates. The obstacle edges in the disc round the source that reaches to the
 //! last of them make a local visibility graph; the distance to the k-th site in it is provisional. If that is beyond the disc, the disc
 //! grows to it, with the candidates and edges that it meets then. A path within the disc meets no other edge, so what is
-//! within is right. However: the unit is the edge, not the obstacle, so a large island costs only its shore nearby; and one search
-//! serves all candidates of a round, where the paper makes one for each.
+//! within is right. However, and always to its advantage: the unit is the edge, not the obstacle, so a large island costs only its shore
+//! nearby; the triangulation is the index; one search serves all candidates of a round, where the paper makes one for each; and the
+//! visibility graph is made only where that search comes, where the paper makes all of it.
 
 use super::local::{Local, Reached};
 use super::nearby::{Center, Met, Nearby};

@@ -36,9 +36,9 @@ impl Scene {
                 && !this.points.iter().any(|&p| is_between(ends[0], p, ends[1]))
                 && this.walls.iter().all(|wall| {
                     let wall = wall.map(|end| this.points[end]);
-                    !ends.iter().any(|&end| is_between(wall[0], end, wall[1]))
-                        && !crosses(wall, ends)
-                        && !(ends.contains(&wall[0]) && ends.contains(&wall[1]))
+                    let ends_on_it = ends.iter().any(|&end| is_between(wall[0], end, wall[1]));
+                    let is_the_same = ends.contains(&wall[0]) && ends.contains(&wall[1]);
+                    !(ends_on_it || is_the_same || crosses(wall, ends))
                 });
             if is_clear {
                 let ends = ends.map(|end| this.number(end));

@@ -13,7 +13,7 @@ use crate::common::thousands;
 /// A stretch factor that may hold.
 fn stretch(text: &str) -> Result<f64, String> {
     let stretch = text.parse().map_err(|_| "a stretch factor is a number".to_owned())?;
-    if stretch >= Method::LEAST_STRETCH && stretch < f64::INFINITY {
+    if (Method::LEAST_STRETCH..f64::INFINITY).contains(&stretch) {
         Ok(stretch)
     } else {
         Err(QueryError::Stretch { stretch }.to_string())
