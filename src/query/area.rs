@@ -112,7 +112,8 @@ impl AreaPiece {
         let foot = (px * dx + py * dy) / square;
         let height = (px * dy - py * dx) / square.sqrt();
         let half = ((self.reach - height.abs()) * (self.reach + height.abs()) / square).sqrt();
-        if half.is_nan() || (!is_near[0] && !is_near[1] && !(foot + half > 0.0 && foot - half < 1.0)) {
+        let is_beside = foot + half <= 0.0 || foot - half >= 1.0;
+        if half.is_nan() || (is_near == [false; 2] && is_beside) {
             return is_near
                 .contains(&true)
                 .then(|| if is_near[0] { [a, a] } else { [b, b] });
