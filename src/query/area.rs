@@ -10,7 +10,7 @@ use std::f64::consts::{PI, TAU};
 use futures::stream::Stream;
 
 use super::proximity::{Run, unfold};
-use super::wave::{Goal, Part, Places, Shape, distance};
+use super::wave::{Goal, Part, Places, Shape, Side, distance};
 use super::{QueryError, QueryOptions};
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::store::TileReader;
@@ -112,7 +112,8 @@ impl AreaPiece {
         let foot = (px * dx + py * dy) / square;
         let height = (px * dy - py * dx) / square.sqrt();
         let half = ((self.reach - height.abs()) * (self.reach + height.abs()) / square).sqrt();
-        if half.is_nan() || (!is_near[0] && !is_near[1] && !(foot + half > 0.0 && foot - half < 1.0)) {
+        let is_beside = foot + half <= 0.0 || foot - half >= 1.0;
+        if half.is_nan() || (is_near == [false; 2] && is_beside) {
             return is_near
                 .contains(&true)
                 .then(|| if is_near[0] { [a, a] } else { [b, b] });
@@ -132,7 +133,7 @@ impl AreaPiece {
         let reach = radius - walked;
         let corners = match part.shape {
             Shape::Triangle { corners, between } => cut(corners.to_vec(), root, between),
-            Shape::Half { towards, is_left } => half_plane(root, towards, is_left, reach),
+            Shape::Half { side, except } => half_plane(root, side, except, reach),
             Shape::Beyond { edge, between } => beyond(root, edge, between, reach),
         };
         let this = Self {
@@ -149,24 +150,25 @@ impl AreaPiece {
 /// Cuts a convex polygon to what lies between two rays from a root.
 fn cut(corners: Vec<Point>, root: Point, between: Option<[Point; 2]>) -> Vec<Point> {
     let Some([right, left]) = between else { return corners };
-    let mut corners = corners;
-    for (via, hidden) in [(right, Orientation::Clockwise), (left, Orientation::CounterClockwise)] {
-        let mut kept = Vec::new();
-        for (place, &corner) in corners.iter().enumerate() {
-            let next = corners[(place + 1) % corners.len()];
-            let [turn, turn_next] = [corner, next].map(|p| orient2d(root, via, p));
-            if turn != hidden {
-                kept.push(corner);
-            }
-            let crosses = turn != turn_next && turn != Orientation::Collinear && turn_next != Orientation::Collinear;
-            if crosses {
-                kept.push(crossing(root, via, corner, next));
-            }
+    let corners = cut_off(&corners, root, right, Orientation::Clockwise);
+    cut_off(&corners, root, left, Orientation::CounterClockwise)
+}
+
+/// Cuts off a convex polygon what lies on one side of the line from a root through a point.
+fn cut_off(corners: &[Point], root: Point, via: Point, hidden: Orientation) -> Vec<Point> {
+    let mut kept = Vec::new();
+    for (place, &corner) in corners.iter().enumerate() {
+        let next = corners[(place + 1) % corners.len()];
+        let [turn, turn_next] = [corner, next].map(|p| orient2d(root, via, p));
+        if turn != hidden {
+            kept.push(corner);
         }
-        corners = kept;
+        if turn != turn_next && turn != Orientation::Collinear && turn_next != Orientation::Collinear {
+            kept.push(crossing(root, via, corner, next));
+        }
     }
-    corners.dedup();
-    corners
+    kept.dedup();
+    kept
 }
 
 /// Where a ray crosses a side, whose ends may be given in either order.
@@ -193,16 +195,21 @@ fn add(p: Point, v: Point, length: f64) -> Point {
     Point::new(p.x + length * v.x, p.y + length * v.y)
 }
 
-/// A rectangle on one side of a line through a root, that holds half a disc round it.
-fn half_plane(root: Point, towards: Point, is_left: bool, reach: f64) -> Vec<Point> {
-    let mut along = direction(root, towards);
-    if !is_left {
+/// A rectangle on one side of a line through a root, that holds half a disc round it; without what is on a side of another line.
+fn half_plane(root: Point, side: Side, except: Option<Side>, reach: f64) -> Vec<Point> {
+    let mut along = direction(root, side.towards);
+    if !side.is_left {
         along = Point::new(-along.x, -along.y);
     }
     let aside = Point::new(-along.y, along.x);
     let far = 1.5 * reach;
     let [back, front] = [add(root, along, -far), add(root, along, far)];
-    vec![back, front, add(front, aside, far), add(back, aside, far)]
+    let whole = vec![back, front, add(front, aside, far), add(back, aside, far)];
+    match except {
+        None => whole,
+        Some(Side { towards, is_left: true }) => cut_off(&whole, root, towards, Orientation::CounterClockwise),
+        Some(Side { towards, .. }) => cut_off(&whole, root, towards, Orientation::Clockwise),
+    }
 }
 
 /// A polygon of what lies beyond a side between two rays, as far as a root can reach.
@@ -323,13 +330,19 @@ mod tests {
     #[test]
     fn what_lies_outside_is_a_half_disc_or_a_sector() {
         let (root, reach) = (Point::new(0.0, 0.0), 2.0);
-        let half = |is_left| AreaPiece {
-            corners: half_plane(root, Point::new(3.0, 4.0), is_left, reach),
+        let towards = Point::new(3.0, 4.0);
+        let cut = |is_left, except| AreaPiece {
+            corners: half_plane(root, Side { towards, is_left }, except, reach),
             ..piece(reach, &[])
         };
+        let half = |is_left| cut(is_left, None);
         let is_above = Point::new(-0.5, 0.5);
         assert!(half(true).contains(is_above) && !half(false).contains(is_above));
         assert!((area(&half(false).outline(1e-6)) - 2.0 * PI).abs() < 1e-5);
+        let (towards, is_left) = (Point::new(1.0, 0.0), true);
+        let rest = cut(false, Some(Side { towards, is_left }));
+        let expected = 2.0 * PI - 2.0 * (4f64 / 3.0).atan();
+        assert!((area(&rest.outline(1e-6)) - expected).abs() < 1e-5);
         let [right, left] = [Point::new(1.0, -1.0), Point::new(1.0, 1.0)];
         let sector = AreaPiece {
             corners: beyond(root, [right, left], [right, left], reach),

@@ -270,8 +270,14 @@ fn ranges(line: Line, passed: &Passed, part: Part, root: Point) -> Vec<[f64; 2]>
             let seen = |range| between(line.clip(range, right, left, false)?, rays);
             passed.outside().filter_map(seen).collect()
         }
-        Shape::Half { towards, is_left } => {
-            let seen = |range| line.clip(range, root, towards, is_left);
+        Shape::Half { side, except } => {
+            let seen = |range| {
+                let range = line.clip(range, root, side.towards, side.is_left)?;
+                match except {
+                    None => Some(range),
+                    Some(except) => line.clip(range, root, except.towards, !except.is_left),
+                }
+            };
             passed.outside().filter_map(seen).collect()
         }
     }

@@ -42,7 +42,7 @@ use crate::store::{Tile, TileId, Vertex, VertexId};
 use cone::Cone;
 pub(super) use cone::distance;
 pub(super) use goal::{Goal, Places};
-pub(super) use parts::{Part, Shape};
+pub(super) use parts::{Part, Shape, Side};
 use queue::{Item, Kind, NOWHERE, Queue, Via, seam_between};
 use roots::{NO_ROOT, Root, SeenVertices, TIE};
 
@@ -135,6 +135,8 @@ pub(super) struct Wave {
     pause: u32,
     /// What was seen, if someone asks for it.
     parts: Option<Vec<Part>>,
+    /// What of the outside the source was seen to see already.
+    beside: Option<Side>,
 }
 
 impl Wave {
@@ -157,6 +159,7 @@ impl Wave {
             told: vec![false; goals],
             pause: 0,
             parts: None,
+            beside: None,
         };
         this.start(source);
         this

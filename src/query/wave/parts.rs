@@ -23,8 +23,15 @@ pub(in crate::query) enum Shape {
     },
     /// Outside the hull: what lies beyond a hull edge, ends as seen on the right and on the left, between two rays.
     Beyond { edge: [Point; 2], between: [Point; 2] },
-    /// Outside the hull: all on one side of the line from the root through a point.
-    Half { towards: Point, is_left: bool },
+    /// Outside the hull: all on one side of a line, but for what is on a side of another one.
+    Half { side: Side, except: Option<Side> },
+}
+
+/// A side of the line from the root through a point.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::query) struct Side {
+    pub(in crate::query) towards: Point,
+    pub(in crate::query) is_left: bool,
 }
 
 impl Wave {

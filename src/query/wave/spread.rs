@@ -349,8 +349,10 @@ impl Wave {
         }
         let at = ground.point(vertex);
         let [right, left] = ends.map(|end| ground.point(end));
-        for (towards, is_left) in [(right, true), (left, false)] {
-            self.keep(root, Shape::Half { towards, is_left });
+        let [beside_right, beside_left] =
+            [(right, true), (left, false)].map(|(towards, is_left)| Side { towards, is_left });
+        for (side, except) in [(beside_right, None), (beside_left, Some(beside_right))] {
+            self.keep(root, Shape::Half { side, except });
         }
         let Goal::Places(places) = &self.goal else {
             return Ok(());
@@ -381,7 +383,9 @@ impl Wave {
 
     /// What lies outside the hull, on one side of the line from the source through a point.
     pub(super) fn see_half(&mut self, towards: Point, is_left: bool) {
-        self.keep(0, Shape::Half { towards, is_left });
+        let side = Side { towards, is_left };
+        let except = self.beside.replace(side);
+        self.keep(0, Shape::Half { side, except });
         let Goal::Places(places) = &self.goal else { return };
         let hidden = if is_left {
             Orientation::Clockwise

@@ -1,7 +1,7 @@
 //! `tiletool query matrix`: walking distances between all of some points and all of others.
 
 use std::io::{self, BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{bail, ensure};
@@ -71,7 +71,7 @@ struct Ends {
 }
 
 impl Ends {
-    fn read(path: &PathBuf) -> anyhow::Result<Self> {
+    fn read(path: &Path) -> anyhow::Result<Self> {
         let questions = batch::read(path, false)?.into_iter();
         let points = questions.filter_map(|question| match question {
             Question::At(at) => Some(at),
