@@ -1,5 +1,6 @@
 //! In every mode the truth lies between the bounds, and every path can be walked.
 
+use std::fs;
 use std::time::Duration;
 
 use delaunay_tiles::build::{BuildOptions, Builder};
@@ -11,7 +12,9 @@ use proptest::prelude::*;
 
 use crate::scene::{Scene, at, block, line, open, wall};
 use crate::support::oracle::{Oracle, Walk};
+use crate::support::places::data;
 use crate::support::{Random, Scratch, batches, runtime};
+use crate::truth::{build, rows};
 use crate::{TILES, is_near};
 
 const MODES: [Mode; 5] = [
@@ -263,6 +266,43 @@ proptest! {
         scene.sites = scene.points[..6].to_vec();
         check(&scene, 6, &[4, 1 << 16], seed);
     }
+}
+
+/// Lengths with six digits that others computed.
+#[test]
+fn bounds_on_the_map_of_a_game() {
+    let lengths = rows(&fs::read_to_string(data("arena/arena_lengths.csv")).unwrap());
+    runtime().block_on(async {
+        let of_game = BuildOptions {
+            tile_vertices: 16,
+            exterior_is_hole: true,
+            ..BuildOptions::default()
+        };
+        let (_scratch, reader) = build(&data("arena/arena.poly"), of_game).await;
+        for row in &lengths {
+            let &[x, y, to_x, to_y, truth] = &row[..] else {
+                panic!("{row:?}")
+            };
+            for mode in [Mode::Fast, Mode::Within(0.05)] {
+                let outcome = reader
+                    .shortest_path(Point::new(x, y), Point::new(to_x, to_y), options(mode).certified())
+                    .await
+                    .unwrap();
+                let PathOutcome::Found(path) = outcome else {
+                    panic!("{row:?}: {outcome:?}")
+                };
+                let Distance { lower, upper, .. } = path.distance;
+                assert!(
+                    lower <= truth * (1.0 + 1e-5) && truth * (1.0 - 1e-5) <= upper,
+                    "{row:?}: {path:?}"
+                );
+                assert!(
+                    mode == Mode::Fast || upper <= lower * 1.05 * (1.0 + 1e-12),
+                    "{row:?}: {path:?}"
+                );
+            }
+        }
+    });
 }
 
 /// Files that do not say which lines they have are not taken for files without break lines.

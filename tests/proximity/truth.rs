@@ -18,7 +18,7 @@ use crate::support::{Scratch, runtime};
 use crate::{is_near, walk};
 
 /// Builds from a PSLG of walls with hole points.
-async fn build(file: &Path, options: BuildOptions) -> (Scratch, TileReader) {
+pub async fn build(file: &Path, options: BuildOptions) -> (Scratch, TileReader) {
     let scratch = Scratch::new();
     let mut builder = Builder::new(&scratch.path, options).unwrap();
     let mut batch = SegmentBatch::default();
@@ -38,7 +38,7 @@ async fn build(file: &Path, options: BuildOptions) -> (Scratch, TileReader) {
 }
 
 /// The numbers of a table with a header.
-fn rows(text: &str) -> Vec<Vec<f64>> {
+pub fn rows(text: &str) -> Vec<Vec<f64>> {
     let rows = text.lines().skip(1);
     rows.map(|row| row.split(',').map(|cell| cell.parse().unwrap()).collect())
         .collect()

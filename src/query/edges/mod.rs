@@ -332,7 +332,8 @@ impl EdgeSearch {
         let from = &self.nodes[node as usize];
         let length = from.length + distance(from.point, to.point);
         let at_least = length + self.towards.map_or(0.0, |goal| distance(to.point, goal));
-        if at_least > self.limit {
+        let is_wanted = at_least <= self.limit;
+        if !is_wanted {
             return;
         }
         let marks = match ground {

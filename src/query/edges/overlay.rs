@@ -345,12 +345,14 @@ impl Overlay {
     async fn seen(&self, tiles: &mut Tiles, point: Point, first: Rim) -> Result<Vec<Rim>, QueryError> {
         let most = tiles.hull_edges().saturating_add(4);
         let mut seen = vec![first];
+        // Tiles that contradict each other might lead round and round.
+        let mut met = HashSet::from([first.ends()]);
         for forward in [false, true] {
             let mut rim = first;
             for _ in 0..most {
                 let vertex = if forward { rim.to } else { rim.from }.vertex;
                 rim = self.along_hull(tiles, vertex, forward).await?;
-                if !is_seen(&rim, point) || rim.ends() == first.ends() {
+                if !is_seen(&rim, point) || !met.insert(rim.ends()) {
                     break;
                 }
                 seen.push(rim);

@@ -289,6 +289,10 @@ impl Piece {
             return Ok(None);
         };
         let tile = tiles.get(vertex.tile).await?;
+        if vertex.index >= tile.vertex_count() {
+            let reason = format!("there is no vertex {}, but other tiles have it", vertex.index);
+            return Err(tiles.damaged(vertex.tile, reason));
+        }
         let ground = ground(tiles, &tile);
         let wedges =
             [(enter, is_left), (leave, !is_left)].map(|(end, on_right)| beside(ground, vertex.index, end, on_right));
