@@ -214,7 +214,10 @@ impl FastSites {
                 return Ok(None);
             };
             let nodes = run.search.way(node);
-            if distance(nodes[0].point, site.vertex.point) > self.radius {
+            let may_be_near = nodes
+                .first()
+                .is_some_and(|from| distance(from.point, site.vertex.point) <= self.radius);
+            if !may_be_near {
                 continue;
             }
             let along_edges = site.distance.lower;
@@ -225,7 +228,8 @@ impl FastSites {
             let way = pulled(&mut run.tiles, &nodes)
                 .await
                 .map_err(|error| error.at_least(known))?;
-            if way.distance.value > self.radius {
+            let is_near = way.distance.value <= self.radius;
+            if !is_near {
                 continue;
             }
             site.distance = way.distance;

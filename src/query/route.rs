@@ -48,7 +48,7 @@ pub(super) async fn path(
     is_certified: bool,
 ) -> Result<Path, QueryError> {
     let distance = Distance::of_legs(length, way.len());
-    path_with(tiles, way, ends, distance, is_certified).await
+    told(tiles, way, ends, distance, [is_certified, true]).await
 }
 
 /// The same with bounds that are known; it need not be a shortest one.
@@ -59,6 +59,16 @@ pub(super) async fn path_with(
     distance: Distance,
     is_certified: bool,
 ) -> Result<Path, QueryError> {
+    told(tiles, way, ends, distance, [is_certified, false]).await
+}
+
+async fn told(
+    tiles: &mut Tiles,
+    way: &[WayPoint],
+    ends: [&Place; 2],
+    distance: Distance,
+    [is_certified, is_shortest]: [bool; 2],
+) -> Result<Path, QueryError> {
     let way = bent(way);
     if is_certified {
         certify(tiles, &way, ends).await?;
@@ -67,7 +77,8 @@ pub(super) async fn path_with(
     for around in way.windows(3) {
         if let [(before, _), (point, Some(id)), (after, _)] = *around {
             let turns_left = orient2d(before, point, after) == Orientation::CounterClockwise;
-            bends.push(bend(tiles, Vertex { id, point }, [before, after], turns_left).await?);
+            let around = (!is_shortest).then_some([before, after]);
+            bends.push(bend(tiles, Vertex { id, point }, turns_left, around).await?);
         }
     }
     Ok(Path {
@@ -96,12 +107,12 @@ fn bent(way: &[WayPoint]) -> Vec<WayPoint> {
     bent
 }
 
-/// What a path bends around at a vertex, between two points.
+/// What a path bends around at a vertex; if it need not be a shortest one, between two points.
 async fn bend(
     tiles: &mut Tiles,
     vertex: Vertex,
-    [before, after]: [Point; 2],
     turns_left: bool,
+    around: Option<[Point; 2]>,
 ) -> Result<Bend, QueryError> {
     let tile = tiles.get(vertex.id.tile).await?;
     let ground = Ground {
@@ -115,7 +126,17 @@ async fn bend(
         edge_to: None,
         sources: Vec::new(),
     };
-    let Some(edge) = edge else { return Ok(free) };
+    let edge = match (edge, around) {
+        (Some(edge), _) => edge,
+        (None, Some(_)) => return Ok(free),
+        (None, None) => {
+            let reason = format!(
+                "a path bends at vertex {}, where nothing is in the way",
+                vertex.id.index
+            );
+            return Err(tiles.damaged(tile.id(), reason));
+        }
+    };
     let [from, to] = tile.ends(edge);
     let edge_to = if from.id == vertex.id { to } else { from };
     let away = if turns_left {
@@ -123,9 +144,10 @@ async fn bend(
     } else {
         Orientation::CounterClockwise
     };
-    let is_in_the_way =
-        orient2d(vertex.point, after, edge_to.point) != away && orient2d(before, vertex.point, edge_to.point) != away;
-    if !is_in_the_way {
+    let is_in_the_way = |[before, after]: [Point; 2]| {
+        orient2d(vertex.point, after, edge_to.point) != away && orient2d(before, vertex.point, edge_to.point) != away
+    };
+    if around.is_some_and(|around| !is_in_the_way(around)) {
         return Ok(free);
     }
     // The sources stand in the tile of the smaller end.

@@ -81,6 +81,8 @@ struct Entry {
     vertex: VertexId,
     point: Point,
     parent: u32,
+    /// Of those that differ in nothing else, which is first.
+    turn: u32,
     /// None: all sectors of the source.
     within: Option<Within>,
 }
@@ -89,7 +91,8 @@ impl Entry {
     fn order(&self, other: &Self) -> Ordering {
         let by_length = self.at_least.total_cmp(&other.at_least);
         let by_point = by_length.then_with(|| self.point.lex_cmp(other.point));
-        by_point.then(self.parent.cmp(&other.parent))
+        let by_parent = by_point.then(self.parent.cmp(&other.parent));
+        by_parent.then(self.turn.cmp(&other.turn))
     }
 }
 
@@ -153,6 +156,11 @@ impl EdgeSearch {
             vertex: source,
             point,
             parent: NO_NODE,
+            turn: if let Some(Within::Sector(sector)) = within {
+                sector
+            } else {
+                0
+            },
             within,
         };
         match this.overlay.point(source) {
@@ -172,12 +180,13 @@ impl EdgeSearch {
             .map_or((nowhere, Point::default()), |corner| (corner.vertex, corner.point));
         let mut this = Self::new(source, Overlay::default(), f64::INFINITY, None, outside_is_free);
         this.queue.clear();
-        this.queue.extend(corners.iter().map(|corner| Entry {
+        this.queue.extend(corners.iter().zip(0..).map(|(corner, turn)| Entry {
             length: 0.0,
             at_least: 0.0,
             vertex: corner.vertex,
             point: corner.point,
             parent: NO_NODE,
+            turn,
             within: Some(corner.within),
         }));
         this
@@ -257,7 +266,7 @@ impl EdgeSearch {
         let node = self.add(entry, VertexId { tile: PUT_IN, index })?;
         for link in self.links.get(&entry.vertex).cloned().into_iter().flatten() {
             if link.within == within {
-                self.reach(None, node, link.to);
+                self.reach(None, node, link.to, 0);
             }
         }
         Some(node)
@@ -266,13 +275,20 @@ impl EdgeSearch {
     /// All free sectors of the source, which is a vertex of the tile: one now, and the others by way of the queue.
     fn settle_source(&mut self, ground: Ground<'_>, entry: &Entry) -> Result<Option<u32>, String> {
         let vertex = entry.vertex.index;
+        let mut wedges = Vec::new();
         for wedge in ground.free_wedges(vertex)? {
+            wedges.push((ground.point(ground.neighbours(vertex, wedge)?[0]), wedge));
+        }
+        // In the same order in every file.
+        wedges.sort_by(|a, b| a.0.lex_cmp(b.0));
+        for ((_, wedge), turn) in wedges.into_iter().zip(0..) {
             let within = match wedge {
                 Wedge::Triangle(side) => Within::RightOf(ground.tile.vertex(ground.tile.origin(previous(side))).id),
                 Wedge::Outside => Within::Outside,
             };
             self.queue.push(Entry {
                 within: Some(within),
+                turn,
                 ..*entry
             });
         }
@@ -299,17 +315,22 @@ impl EdgeSearch {
             let [on_right, on_left] = self.edges(ground, id, wedge)?;
             // An open edge is walked along in one of the wedges beside it, and not in the outside: that has no triangles.
             if wedge != Wedge::Outside || ground.left_of(vertex, wedge)?.is_none() {
-                self.walk(ground, node, on_left);
+                self.walk(ground, node, on_left, 0);
             }
             if matches!(ground.right_of(vertex, wedge)?, None | Some(Wedge::Outside)) {
-                self.walk(ground, node, on_right);
+                self.walk(ground, node, on_right, 1);
             }
         }
         for link in self.links.get(&id).cloned().into_iter().flatten() {
             let is_here = marks & SINGLE != 0
                 || self::sector(ground, vertex, self::wedge(ground, vertex, link.within)?)?.0 == sector;
             if is_here {
-                self.reach(Some(ground), node, link.to);
+                let turn = if let Within::Sector(sector) = link.to.within {
+                    sector
+                } else {
+                    0
+                };
+                self.reach(Some(ground), node, link.to, turn);
             }
         }
         Ok(Some(node))
@@ -330,20 +351,21 @@ impl EdgeSearch {
     }
 
     /// Walks along an edge of the file, if it is still there.
-    fn walk(&mut self, ground: Ground<'_>, node: u32, to: Corner) {
+    fn walk(&mut self, ground: Ground<'_>, node: u32, to: Corner, turn: u32) {
         if !self.overlay.is_gone([self.nodes[node as usize].vertex, to.vertex]) {
-            self.reach(Some(ground), node, to);
+            self.reach(Some(ground), node, to, turn);
         }
     }
 
-    fn reach(&mut self, ground: Option<Ground<'_>>, node: u32, to: Corner) {
+    fn reach(&mut self, ground: Option<Ground<'_>>, node: u32, to: Corner, turn: u32) {
         let from = &self.nodes[node as usize];
         let length = from.length + distance(from.point, to.point);
         let at_least = length + self.towards.map_or(0.0, |goal| distance(to.point, goal));
         let to_disc = self
             .disc
             .map_or(0.0, |(center, radius)| (distance(to.point, center) - radius).max(0.0));
-        if at_least + to_disc > self.limit {
+        let is_wanted = at_least + to_disc <= self.limit;
+        if !is_wanted {
             return;
         }
         let marks = match ground {
@@ -365,6 +387,7 @@ impl EdgeSearch {
             vertex: to.vertex,
             point: to.point,
             parent: node,
+            turn,
             within: Some(to.within),
         });
     }

@@ -202,7 +202,7 @@ impl Overlay {
                 }
             }
             Spot::Edge { ends } => {
-                let ends = ends.map(|end| end.id);
+                let ends = ordered(ends.map(|end| (end.point, end.id)));
                 if !self.is_gone(ends) {
                     return Ok(Seat::On(ends));
                 }
@@ -238,13 +238,13 @@ impl Overlay {
                 continue;
             }
             let on = turns.iter().position(|&turn| turn == Orientation::Collinear);
-            return Some(on.map_or(Seat::In(*face), |side| Seat::On(face.rims()[side].ends())));
+            return Some(on.map_or(Seat::In(*face), |side| Seat::On(in_order(&face.rims()[side]))));
         }
         let is_on = |rim: &&Rim| {
             let [from, to] = [rim.from.point, rim.to.point];
             orient2d(from, to, point) == Orientation::Collinear && from.lex_cmp(point) == point.lex_cmp(to)
         };
-        self.outer.iter().find(is_on).map(|rim| Seat::On(rim.ends()))
+        self.outer.iter().find(is_on).map(|rim| Seat::On(in_order(rim)))
     }
 
     async fn insert(
@@ -345,12 +345,14 @@ impl Overlay {
     async fn seen(&self, tiles: &mut Tiles, point: Point, first: Rim) -> Result<Vec<Rim>, QueryError> {
         let most = tiles.hull_edges().saturating_add(4);
         let mut seen = vec![first];
+        // Tiles that contradict each other might lead round and round.
+        let mut met = HashSet::from([first.ends()]);
         for forward in [false, true] {
             let mut rim = first;
             for _ in 0..most {
                 let vertex = if forward { rim.to } else { rim.from }.vertex;
                 rim = self.along_hull(tiles, vertex, forward).await?;
-                if !is_seen(&rim, point) || rim.ends() == first.ends() {
+                if !is_seen(&rim, point) || !met.insert(rim.ends()) {
                     break;
                 }
                 seen.push(rim);
@@ -439,6 +441,19 @@ impl Overlay {
             self.next_star += 1;
         }
     }
+}
+
+/// The ends of an edge in the order of their coordinates, so that the sides of a point on it have the same numbers in every file.
+fn ordered([a, b]: [(Point, VertexId); 2]) -> [VertexId; 2] {
+    if a.0.lex_cmp(b.0).is_lt() {
+        [a.1, b.1]
+    } else {
+        [b.1, a.1]
+    }
+}
+
+fn in_order(rim: &Rim) -> [VertexId; 2] {
+    ordered([rim.from, rim.to].map(|end| (end.point, end.vertex)))
 }
 
 /// Whether a point sees an edge of the hull from outside.

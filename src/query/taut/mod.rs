@@ -23,6 +23,9 @@ use sleeve::Piece;
 /// How often sleeves are led round vertices. The way may be a little longer than need be where that does not suffice.
 const ROUNDS: usize = 32;
 
+/// Lengths that differ by less than this part may be equal but for rounding.
+const TIE: f64 = 1.0 + 1e-12;
+
 /// Pulls a way along edges taut.
 ///
 /// # Errors
@@ -58,7 +61,8 @@ async fn taut_piece(tiles: &mut Tiles, mut piece: Piece) -> Result<Vec<WayPoint>
         }
         piece.portals = reduced(std::mem::take(&mut piece.portals));
         let way = pull(piece.from, &piece.portals, piece.to);
-        if length(&way) >= length(&best) {
+        // It is shorter, or as long but for rounding.
+        if length(&way) > length(&best) * TIE {
             break;
         }
         best = way;

@@ -49,11 +49,40 @@ pub(super) async fn pieces(tiles: &mut Tiles, way: &[Node]) -> Result<Vec<Piece>
     let mut pieces = Vec::new();
     for nodes in way.windows(3) {
         let [before, node, after] = [nodes[0], nodes[1], nodes[2]];
-        let (come, mut entry) = reach(tiles, &node, &before, node.within).await?;
-        let (go, exit) = if is_put_in(after.vertex) {
-            reach(tiles, &node, &after, node.within).await?
+        let comes = reach(tiles, &node, &before).await?;
+        let goes = if is_put_in(after.vertex) {
+            reach(tiles, &node, &after).await?
         } else {
-            (leaving(tiles, &node, &after).await?, Vec::new())
+            leaving(tiles, &node, &after).await?
+        };
+        // The side to which it turns is the shorter one.
+        let turns_left = orient2d(before.point, node.point, after.point) == CounterClockwise;
+        let seen_from = |other: &Node| is_put_in(other.vertex).then_some(other.point);
+        let outside = [seen_from(&before), seen_from(&after)];
+        let mut best: Option<(Vec<Portal>, Vec<Portal>, Vec<Portal>)> = None;
+        for (come, entry) in &comes {
+            for (go, exit) in &goes {
+                let pass = Pass {
+                    vertex: node.vertex,
+                    wedges: [*come, *go],
+                    outside,
+                };
+                let mut fan = pass.round(tiles, !turns_left).await?;
+                if fan.is_none() {
+                    fan = pass.round(tiles, turns_left).await?;
+                }
+                // A point on a wall may be on either side of it.
+                if let Some(fan) = fan
+                    && best.as_ref().is_none_or(|best| fan.len() < best.1.len())
+                {
+                    best = Some((entry.clone(), fan, exit.clone()));
+                }
+            }
+        }
+        let first = |ways: &[(Wedge, Vec<Portal>)]| ways.first().map(|way| way.1.clone()).unwrap_or_default();
+        let (mut entry, fan, exit) = match best {
+            Some((entry, fan, exit)) => (entry, Some(fan), exit),
+            None => (first(&comes), None, first(&goes)),
         };
         entry.reverse();
         let turned = |portal: Portal| Portal {
@@ -61,22 +90,6 @@ pub(super) async fn pieces(tiles: &mut Tiles, way: &[Node]) -> Result<Vec<Piece>
             left: portal.right,
         };
         piece.portals.extend(entry.into_iter().map(turned));
-        let mut fan = None;
-        if let (Some(come), Some(go)) = (come, go) {
-            let seen_from = |other: &Node| is_put_in(other.vertex).then_some(other.point);
-            let pass = Pass {
-                vertex: node.vertex,
-                wedges: [come, go],
-                outside: [seen_from(&before), seen_from(&after)],
-            };
-            // The side to which it turns is the shorter one.
-            let turns_left = orient2d(before.point, node.point, after.point) == CounterClockwise;
-            for leftwards in [!turns_left, turns_left] {
-                if fan.is_none() {
-                    fan = pass.round(tiles, leftwards).await?;
-                }
-            }
-        }
         match fan {
             Some(portals) => piece.portals.extend(portals),
             None => {
@@ -96,34 +109,36 @@ pub(super) async fn pieces(tiles: &mut Tiles, way: &[Node]) -> Result<Vec<Piece>
     Ok(pieces)
 }
 
-/// The wedge of a node in which another one beside it on the way lies; if that was put in, with the portals on the way to it.
-async fn reach(
-    tiles: &mut Tiles,
-    node: &Node,
-    other: &Node,
-    within: Option<Within>,
-) -> Result<(Option<Wedge>, Vec<Portal>), QueryError> {
+/// The wedges of a node in which another one beside it on the way may lie; if that was put in, with the portals on the way to it.
+async fn reach(tiles: &mut Tiles, node: &Node, other: &Node) -> Result<Vec<(Wedge, Vec<Portal>)>, QueryError> {
     let tile = tiles.get(node.vertex.tile).await?;
     let ground = ground(tiles, &tile);
     let (index, damaged) = (node.vertex.index, |reason| tiles.damaged(tile.id(), reason));
-    let Some(within) = within else {
-        return Ok((None, Vec::new()));
+    let Some(within) = node.within else {
+        return Ok(Vec::new());
     };
     let here = wedge(ground, index, within).map_err(damaged)?;
     if !is_put_in(other.vertex) {
-        return Ok((Some(here), Vec::new()));
+        return Ok(vec![(here, Vec::new())]);
     }
     let (_, wedges) = sector(ground, index, here).map_err(damaged)?;
+    let mut towards = Vec::new();
     for &wedge in &wedges {
         let ends = ground.neighbours(index, wedge).map_err(damaged)?;
         let [right, left] = ends.map(|end| orient2d(node.point, ground.point(end), other.point));
         if let (Wedge::Triangle(side), true) = (wedge, right != Clockwise && left != CounterClockwise) {
-            let portals = straight(tiles, Arc::clone(&tile), side, other.point).await?;
-            return Ok((portals.is_some().then_some(wedge), portals.unwrap_or_default()));
+            towards.push((wedge, side));
         }
     }
-    let outside = wedges.contains(&Wedge::Outside).then_some(Wedge::Outside);
-    Ok((outside, Vec::new()))
+    let mut ways = Vec::new();
+    for (wedge, side) in towards {
+        let portals = straight(tiles, Arc::clone(&tile), side, other.point).await?;
+        ways.extend(portals.map(|portals| (wedge, portals)));
+    }
+    if ways.is_empty() && wedges.contains(&Wedge::Outside) {
+        ways.push((Wedge::Outside, Vec::new()));
+    }
+    Ok(ways)
 }
 
 /// What a straight way from the vertex that a side leaves crosses, through the triangle of the side, to a point. None if it cannot go there.
@@ -168,21 +183,18 @@ async fn straight(tiles: &mut Tiles, tile: Arc<Tile>, side: u32, to: Point) -> R
 }
 
 /// The wedge of a node by whose triangle the way goes on to a vertex of the file.
-async fn leaving(tiles: &mut Tiles, node: &Node, after: &Node) -> Result<Option<Wedge>, QueryError> {
-    let third = match after.within {
-        Some(Within::RightOf(third)) => third,
-        Some(Within::Outside) => return Ok(Some(Wedge::Outside)),
-        _ => return Ok(None),
-    };
+async fn leaving(tiles: &mut Tiles, node: &Node, after: &Node) -> Result<Vec<(Wedge, Vec<Portal>)>, QueryError> {
     let tile = tiles.get(node.vertex.tile).await?;
     let (ground, index) = (ground(tiles, &tile), node.vertex.index);
-    // The triangle is on the left of the way if the wedge at its end begins there.
-    let found = if third == node.vertex {
-        right_at(ground, index, after.vertex)
-    } else {
-        wedge(ground, index, Within::RightOf(after.vertex)).map(Some)
+    let found = match after.within {
+        // The triangle is on the left of the way if the wedge at its end begins there.
+        Some(Within::RightOf(third)) if third == node.vertex => right_at(ground, index, after.vertex),
+        Some(Within::RightOf(_)) => wedge(ground, index, Within::RightOf(after.vertex)).map(Some),
+        Some(Within::Outside) => Ok(Some(Wedge::Outside)),
+        Some(Within::Sector(_)) | None => Ok(None),
     };
-    found.map_err(|reason| tiles.damaged(tile.id(), reason))
+    let found = found.map_err(|reason| tiles.damaged(tile.id(), reason))?;
+    Ok(found.into_iter().map(|wedge| (wedge, Vec::new())).collect())
 }
 
 /// The wedge of a vertex that has another one on its right.
@@ -215,13 +227,11 @@ impl Pass {
         let vertex = self.vertex.index;
         let here = (ground.point(vertex), Some(self.vertex));
         let [start, goal] = self.wedges;
-        if start == Wedge::Outside && goal == Wedge::Outside {
-            return Ok(None);
-        }
         let mut portals = Vec::new();
         let mut wedge = start;
         for _ in 0..=ground.tile.triangle_count() {
-            if wedge == goal {
+            // From outside to outside the way goes all through the hull.
+            if wedge == goal && (goal != Wedge::Outside || !portals.is_empty()) {
                 return Ok(Some(portals));
             }
             let end = ground.neighbours(vertex, wedge)?[usize::from(leftwards)];
@@ -279,6 +289,10 @@ impl Piece {
             return Ok(None);
         };
         let tile = tiles.get(vertex.tile).await?;
+        if vertex.index >= tile.vertex_count() {
+            let reason = format!("there is no vertex {}, but other tiles have it", vertex.index);
+            return Err(tiles.damaged(vertex.tile, reason));
+        }
         let ground = ground(tiles, &tile);
         let wedges =
             [(enter, is_left), (leave, !is_left)].map(|(end, on_right)| beside(ground, vertex.index, end, on_right));
