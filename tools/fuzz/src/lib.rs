@@ -19,7 +19,7 @@ use delaunay_tiles::build::{BuildOptions, Builder};
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::io::MemoryFile;
-use delaunay_tiles::query::QueryOptions;
+use delaunay_tiles::query::{Method, Mode, QueryOptions};
 use delaunay_tiles::store::{LineKind, OpenOptions, TileReader};
 use futures::{StreamExt, TryStreamExt};
 use surgery::Patient;
@@ -134,9 +134,19 @@ async fn ask(bytes: Vec<u8>) {
             .take(3)
             .try_collect::<Vec<_>>()
             .await;
+        let (from, to) = (Point::new(x, y), Point::new(18.5, 18.5));
+        for mode in [Mode::Exact, Mode::Within(0.01), Mode::Fast] {
+            let _ = reader.shortest_path(from, to, options().mode(mode)).await;
+        }
+        let _ = reader.cdt_distance(from, to, options()).await;
+        for method in [Method::Visibility { stretch: 2.42 }, Method::EuclidZhang, Method::EuclidXia] {
+            let _ = reader.nearest_sites_by(method, from, 2, options()).await;
+        }
         let _ = reader
-            .shortest_path(Point::new(x, y), Point::new(18.5, 18.5), options())
+            .area_within(from, 7.5, options())
+            .try_collect::<Vec<_>>()
             .await;
+        let _ = reader.nearest_along(from, to, 1, options()).await;
     }
     let _ = reader
         .triangles_in(Rect::new(2.0, 2.0, 9.0, 9.0))
