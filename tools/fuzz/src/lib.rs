@@ -139,13 +139,14 @@ async fn ask(bytes: Vec<u8>) {
             let _ = reader.shortest_path(from, to, options().mode(mode)).await;
         }
         let _ = reader.cdt_distance(from, to, options()).await;
-        for method in [Method::Visibility { stretch: 2.42 }, Method::EuclidZhang, Method::EuclidXia] {
+        for method in [
+            Method::Visibility { stretch: 2.42 },
+            Method::EuclidZhang,
+            Method::EuclidXia,
+        ] {
             let _ = reader.nearest_sites_by(method, from, 2, options()).await;
         }
-        let _ = reader
-            .area_within(from, 7.5, options())
-            .try_collect::<Vec<_>>()
-            .await;
+        let _ = reader.area_within(from, 7.5, options()).try_collect::<Vec<_>>().await;
         let _ = reader.nearest_along(from, to, 1, options()).await;
     }
     let _ = reader
