@@ -12,6 +12,7 @@ mod picture;
 mod print;
 mod progress;
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, bail};
@@ -19,6 +20,7 @@ use clap::Args;
 use delaunay_tiles::query::{Explored, Mode};
 use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
 use futures::{StreamExt, TryStreamExt, stream};
+use tokio::sync::Semaphore;
 
 use crate::common::{self, thousands};
 use crate::plot;
@@ -48,6 +50,9 @@ Example:
   tiletool query range town.tiles --batch places.csv --radius 500 --csv
   tiletool query range town.tiles --at 7,7 --radius 500 --area --plot reach.png
   tiletool query along town.tiles --from -1,2 --to 8,8 -k 3";
+
+/// Queries that are begun for each that is worked on.
+const BEGUN: usize = 16;
 
 /// Answers queries.
 pub fn run(args: QueryArgs) -> anyhow::Result<()> {
@@ -110,9 +115,12 @@ async fn answer_all(
     } else {
         (Vec::new(), questions)
     };
+    // Answers are printed in order. So that a slow one does not hold up others, more are begun than may be worked on at once.
+    let slots = Arc::new(Semaphore::new(at_once));
     let answers = stream::iter(questions).map(|question| {
-        let (reader, options) = (reader.clone(), options.clone());
+        let (reader, options, slots) = (reader.clone(), options.clone(), Arc::clone(&slots));
         let task = tokio::spawn(async move {
+            let _slot = slots.acquire().await;
             match measure {
                 Some(measure) => measure.answer(ask, &reader, question, options).await,
                 None => ask.answer(&reader, question, options).await,
@@ -120,7 +128,7 @@ async fn answer_all(
         });
         async move { task.await.context("a query broke down")? }
     });
-    let mut answers = answers.buffered(at_once);
+    let mut answers = answers.buffered(BEGUN * at_once);
     let mut printer = Printer::new(format, ask, is_progressive)?;
     for question in staged {
         progress::answer(ask, &reader, question, options.clone(), &mut printer).await?;
