@@ -38,7 +38,7 @@ use super::{BuildError, BuildOptions, BuildSummary, Description, GENERATION, Til
 use crate::geometry::{Point, Rect};
 use crate::input::SiteId;
 use crate::io::{Buffers, ThreadsFile};
-use crate::store::{CompactError, Directory, Extent, KdTree, Metadata, OpenOptions, TileEntry, TileReader};
+use crate::store::{CompactError, Directory, Extent, KdTree, Metadata, OpenOptions, TileEntry, TileReader, hull_edges};
 
 /// A file is written anew if more than one of so many parts of it was, for segments that were put off.
 const UNUSED_SHARE: u64 = 8;
@@ -515,11 +515,7 @@ impl Assembly {
             spanning_regions: regions.spanning,
             hole_regions: regions.hole_regions,
             hole_triangles: regions.hole_triangles,
-            // Euler's formula for a triangulated disc.
-            hull_edges: match triangles {
-                0 => 0,
-                triangles => (2 * vertices - 2).saturating_sub(triangles),
-            },
+            hull_edges: hull_edges(vertices, triangles),
             ..Metadata::default()
         };
         Directory { metadata, tree, tiles }

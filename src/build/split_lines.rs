@@ -11,7 +11,7 @@
 use std::cmp::Ordering;
 
 use super::BuildError;
-use super::crossings::{Bent, Points, SplitError, any_cross, split};
+use super::crossings::{Bent, Ends, Points, SplitError, any_cross, split};
 use super::segments::{NO_Z, SegmentSpool};
 use crate::geometry::{Point, Rect};
 use crate::input::PointBatch;
@@ -138,19 +138,6 @@ impl LinesToSplit {
         })
     }
 
-    /// Whether any of them cross.
-    fn any_cross(&self) -> bool {
-        let all: Vec<Bent<()>> = self
-            .lines
-            .iter()
-            .map(|line| Bent {
-                ends: line.ends,
-                carried: (),
-            })
-            .collect();
-        any_cross(&all)
-    }
-
     /// A rectangle around all of them.
     fn bounds(&self) -> Rect {
         Rect::around(self.lines.iter().flat_map(|line| line.ends))
@@ -182,8 +169,8 @@ pub struct SplitLines {
 }
 
 impl SplitLines {
-    /// Splits all segments of a spool, within so many bytes; `points` are other vertices. None: nothing crosses, or segments cross though they may
-    /// not, which is for others to tell of.
+    /// Splits all segments of a spool, within so many bytes; `points` are other vertices. None: nothing crosses, or segments cross
+    /// though they may not, which is for others to tell of.
     pub(super) fn of(
         segments: &mut SegmentSpool,
         budget: u64,
@@ -208,10 +195,10 @@ impl SplitLines {
             Ok(())
         })?;
         drop(z);
-        if !may_cross && lines.any_cross() {
+        lines.borders = borders(lines.bounds());
+        if !may_cross && (lines.borders.is_empty() || any_cross(&lines.lines)) {
             return Ok(None);
         }
-        lines.borders = borders(lines.bounds());
         Ok(Some(lines.split_at(points)?).filter(|split| !split.points.is_empty()))
     }
 
@@ -284,6 +271,12 @@ impl SplitLines {
         let points = self.points.iter().zip(first);
         let z = points.map(|(&point, line)| line.map_or(0.0, |line| self.lines[line as usize].z_at(point)));
         z.collect()
+    }
+}
+
+impl Ends for Line {
+    fn ends(&self) -> [Point; 2] {
+        self.ends
     }
 }
 

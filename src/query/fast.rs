@@ -2,7 +2,7 @@
 //!
 //! In: free places, and what the options ask for. Out: the shortest way along edges ([`edges`](super::edges)), pulled taut
 //! ([`taut`](super::taut)). Its length is not less than the true one. The true one is not less than the straight line, nor than the way along
-//! edges divided by [`STRETCH`], unless break lines make that bound void or the file does not say whether it has any.
+//! edges divided by [`Method::STRETCH`], unless break lines make that bound void or the file does not say whether it has any.
 //!
 //! Where an answer is to be within a part of the truth and these bounds are not close enough, the wave is sent to the goal, not farther than
 //! the fast way leads, until it arrives or its front has come close enough to that length.
@@ -20,13 +20,9 @@ use super::route::{self, Path, WayPoint};
 use super::taut::{length, taut};
 use super::tiles::Tiles;
 use super::wave::{Goal, Places, Step, distance};
-use super::{Distance, Mode, PathOutcome, QueryError, QueryOptions, SiteFound};
+use super::{Distance, Method, Mode, PathOutcome, QueryError, QueryOptions, SiteFound};
 use crate::geometry::Point;
 use crate::store::TileReader;
-
-/// How many times longer the shortest way along edges can be than the shortest one among walls: 4π√3/9 = 2.4184 at most (Bose and Keil,
-/// "On the stretch factor of the constrained Delaunay triangulation", ISVD 2006), rounded up.
-pub(super) const STRETCH: f64 = 2.42;
 
 /// A way found fast.
 pub(super) struct FastWay {
@@ -39,13 +35,17 @@ fn straight(a: Point, b: Point) -> f64 {
     Distance::of_legs(distance(a, b), 1).lower
 }
 
+/// At most the true length of ways that along edges have at least this one.
+fn by_edges(tiles: &Tiles, along_edges: f64) -> f64 {
+    match BreakLines::of(tiles.metadata()) {
+        BreakLines::No => along_edges / Method::STRETCH,
+        BreakLines::Yes | BreakLines::Unknown => 0.0,
+    }
+}
+
 /// At most the true length of a shortest way between two points, given what the one along edges has at least.
 fn at_least(tiles: &Tiles, ends: [Point; 2], along_edges: f64) -> f64 {
-    let straight = straight(ends[0], ends[1]);
-    match BreakLines::of(tiles.metadata()) {
-        BreakLines::No => straight.max(along_edges / STRETCH),
-        BreakLines::Yes | BreakLines::Unknown => straight,
-    }
+    straight(ends[0], ends[1]).max(by_edges(tiles, along_edges))
 }
 
 /// Pulls a way along edges taut, and finds its bounds.
@@ -168,8 +168,8 @@ impl Run {
     /// The next thing that is found, unless all that was not is known to be at least so far away before that, or there is nothing.
     async fn next_beyond(&mut self, enough: f64) -> Result<Ahead, QueryError> {
         loop {
-            let step = self.wave.step(&self.tile);
-            let step = step.map_err(|reason| self.tiles.damaged(self.tile.id(), reason))?;
+            let step = self.step()?;
+            self.wave.take_parts();
             if let Step::Found(found) = step {
                 return Ok(Ahead::Found(found));
             }
@@ -177,14 +177,7 @@ impl Run {
             if front >= enough {
                 return Ok(Ahead::Beyond(front));
             }
-            let went_on = match step {
-                Step::Need(id) => self.tiles.get(id).await.map(|tile| self.tile = tile),
-                _ => {
-                    tokio::task::yield_now().await;
-                    self.tiles.check_time()
-                }
-            };
-            went_on.map_err(|error| error.at_least(front))?;
+            self.go_on(step).await.map_err(|error| error.at_least(front))?;
         }
     }
 }
@@ -203,10 +196,7 @@ impl FastSites {
             let run = &mut self.sites.vertices.run;
             let bound = |error| match error {
                 QueryError::OutOfBudget { at_least } => QueryError::OutOfBudget {
-                    at_least: match BreakLines::of(run.tiles.metadata()) {
-                        BreakLines::No => at_least / STRETCH,
-                        BreakLines::Yes | BreakLines::Unknown => 0.0,
-                    },
+                    at_least: by_edges(&run.tiles, at_least),
                 },
                 other => other,
             };
@@ -220,11 +210,7 @@ impl FastSites {
             if !may_be_near {
                 continue;
             }
-            let along_edges = site.distance.lower;
-            let known = match BreakLines::of(run.tiles.metadata()) {
-                BreakLines::No => along_edges / STRETCH,
-                BreakLines::Yes | BreakLines::Unknown => 0.0,
-            };
+            let known = by_edges(&run.tiles, site.distance.lower);
             let way = pulled(&mut run.tiles, &nodes)
                 .await
                 .map_err(|error| error.at_least(known))?;
@@ -274,7 +260,7 @@ pub(super) fn sites(
 ) -> impl Stream<Item = Result<SiteFound, QueryError>> + Send + Unpin + 'static + use<> {
     let start = async move {
         // What is farther away along edges is farther away than the radius.
-        let limit = radius * STRETCH;
+        let limit = radius * Method::STRETCH;
         let sites = SitesAlongEdges::start(&reader, at, limit, &options).await?;
         Ok(FastSites { sites, radius, options })
     };

@@ -159,24 +159,35 @@ impl Run {
 
     /// Takes a step: what it found, or that there is no more, if it came to either.
     async fn advance(&mut self) -> Result<Option<Option<Found>>, QueryError> {
+        match self.step()? {
+            Step::Found(found) => return Ok(Some(Some(found))),
+            Step::Done => return Ok(Some(None)),
+            step => {
+                let went_on = self.go_on(step).await;
+                went_on.map_err(|error| error.at_least(self.wave.front()))?;
+            }
+        }
+        Ok(None)
+    }
+
+    /// A step of the wave in the tile at hand.
+    pub(super) fn step(&mut self) -> Result<Step, QueryError> {
         let step = self.wave.step(&self.tile);
         if let Some(explored) = &self.options.explored {
             explored.add(self.wave.parts());
         }
-        let went_on = match step.map_err(|reason| self.tiles.damaged(self.tile.id(), reason))? {
-            Step::Found(found) => return Ok(Some(Some(found))),
-            Step::Done => return Ok(Some(None)),
-            Step::Need(id) => {
-                self.tiles.ask_ahead(id, || self.wave.ahead(id));
-                self.tiles.get(id).await.map(|tile| self.tile = tile)
-            }
-            Step::Pause => {
-                tokio::task::yield_now().await;
-                self.tiles.check_time()
-            }
-        };
-        went_on.map_err(|error| error.at_least(self.wave.front()))?;
-        Ok(None)
+        step.map_err(|reason| self.tiles.damaged(self.tile.id(), reason))
+    }
+
+    /// Makes ready for the step after one that found nothing.
+    pub(super) async fn go_on(&mut self, step: Step) -> Result<(), QueryError> {
+        if let Step::Need(id) = step {
+            self.tiles.ask_ahead(id, || self.wave.ahead(id));
+            self.tile = self.tiles.get(id).await?;
+            return Ok(());
+        }
+        tokio::task::yield_now().await;
+        self.tiles.check_time()
     }
 
     /// Has the wave keep what it sees.

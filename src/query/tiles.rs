@@ -52,11 +52,6 @@ impl Tiles {
         &self.reader.directory().metadata
     }
 
-    /// How many different tiles were asked for.
-    pub(super) fn read_count(&self) -> u64 {
-        self.read.len() as u64
-    }
-
     /// Whether the outside of the hull is free.
     pub(super) fn outside_is_free(&self) -> bool {
         !self.reader.directory().metadata.exterior_is_hole

@@ -246,6 +246,14 @@ impl Metadata {
     }
 }
 
+/// Edges of the hull of so many vertices and triangles, by Euler's formula for a triangulated disc; 0 without triangles.
+pub(crate) fn hull_edges(vertices: u64, triangles: u64) -> u64 {
+    match triangles {
+        0 => 0,
+        triangles => (2 * vertices - 2).saturating_sub(triangles),
+    }
+}
+
 fn encode_places<'b>(
     builder: &mut FlatBufferBuilder<'b>,
     places: &[Point],

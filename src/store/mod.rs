@@ -32,6 +32,7 @@ pub use edge_source::{EdgeSource, LineKind};
 pub(crate) use encode::{BorderDraft, CoreDraft, ELSEWHERE, HULL};
 pub use ids::{TileId, VertexId};
 pub use kd_tree::{KdNode, KdTree};
+pub(crate) use metadata::hull_edges;
 pub use metadata::{LineSource, Metadata, Source};
 pub(crate) use pass::{Needs, Plan, TileInPass, Workspaces, by_tile, joined, list_for, spawn};
 pub use reader::{OpenOptions, ReadError, TileReader};

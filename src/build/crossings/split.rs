@@ -106,12 +106,12 @@ struct Cut {
 }
 
 /// Whether any segments cross.
-pub(in crate::build) fn any_cross<T: Copy>(segments: &[Segment<T>]) -> bool {
+pub(in crate::build) fn any_cross<S: Ends>(segments: &[S]) -> bool {
     find(segments, Rect::PLANE, &mut |_, _, _| ControlFlow::Break(())).is_break()
 }
 
-/// Bends segments through their crossing points until nothing crosses, and first through those with borders too. What else is a vertex cuts the segments that are bent and
-/// that it lies on, as their ends do.
+/// Bends segments through their crossing points until nothing crosses, and first through those with borders too. What else is a
+/// vertex cuts the segments that are bent and that it lies on, as their ends do.
 ///
 /// At most `limit` pairs may cross in a round; each takes about 50 bytes. All memory is about 200 bytes a segment. Segments
 /// without length stay as they are. After an error the segments are of no use.

@@ -31,13 +31,12 @@ use std::time::Instant;
 use tokio::runtime::Handle;
 use tokio::sync::oneshot;
 
-use super::BuildOptions;
 use super::inverted::{self, Inverted};
 use super::segments::{NO_Z, SEGMENT_BYTES, Segment};
 use super::vertex_index::VertexIndex;
 use crate::geometry::{MortonSquare, Point, Rect};
 use crate::input::SegmentBatch;
-use crate::store::{EdgeSource, LineKind, LineSource, ReadError, TileId, Vertex};
+use crate::store::{EdgeSource, LineKind, LineSource, ReadError, TileId, Vertex, hull_edges};
 use regions::{Joining, Labels, Parts};
 use strip::{Inserting, Piece};
 use tile::{EditTile, NewVertex};
@@ -326,10 +325,9 @@ fn edit_here(
     let began = Instant::now();
     let mut tiles = Tiles::open(target, memory / 8 * 5, runtime)?;
     let Work { segments, lines, .. } = work;
-    let vertices = add_ends(&mut tiles, work, is_stopped)?;
-    let pieces = pieces(&mut tiles, segments)?;
+    let (ends, vertices) = find_ends(&mut tiles, work, is_stopped)?;
     let mut inserting = Inserting::default();
-    for piece in pieces {
+    for piece in pieces(segments, &ends) {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
@@ -357,8 +355,7 @@ fn edit_here(
         metadata.tile_vertices = metadata.tile_vertices.max(most.unwrap_or(0));
         metadata.vertices = entries.iter().map(|tile| u64::from(tile.vertices)).sum();
         metadata.triangles = entries.iter().map(|tile| u64::from(tile.owned_triangles)).sum();
-        // Euler's formula for a triangulated disc.
-        metadata.hull_edges = (2 * metadata.vertices - 2).saturating_sub(metadata.triangles);
+        metadata.hull_edges = hull_edges(metadata.vertices, metadata.triangles);
         metadata.ends += vertices;
         metadata.constraint_edges = constraint_edges;
         metadata.regions = regions;
@@ -385,103 +382,86 @@ fn edit_here(
     })
 }
 
-/// Makes vertices of the ends of segments that are none. Returns how many.
-fn add_ends(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> Result<u64, EditError> {
+/// The end of a segment: its tile, its place, and its number among all ends.
+type End = (TileId, Point, u32);
+
+/// Finds the vertices at the ends of segments, and makes some where there are none. Returns all, in order, and how many are new.
+fn find_ends(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> Result<(Vec<Vertex>, u64), EditError> {
     let metadata = &tiles.directory().metadata;
-    let (has_z, first_record) = (metadata.has_z, metadata.points + metadata.ends);
+    let mut next_record = metadata.points + metadata.ends;
     let tree = tiles.directory().tree.clone();
-    let mut ends: Vec<(TileId, Point, u32)> = Vec::with_capacity(2 * work.segments.len());
+    let no_vertex = |place: Point| EditError::Internal(format!("there is no vertex at ({}, {})", place.x, place.y));
+    let mut ends: Vec<End> = Vec::with_capacity(2 * work.segments.len());
     for (&place, end) in work.segments.iter().flat_map(|segment| &segment.ends).zip(0u32..) {
-        let tile = tree.tile_at(place);
-        let tile = tile.ok_or_else(|| EditError::Internal("a file of triangles has no tiles".to_owned()))?;
+        let tile = tree.tile_at(place).ok_or_else(|| no_vertex(place))?;
         ends.push((tile, place, end));
     }
-    // Of several at one place the first says how high it lies.
-    let by_place = |a: &(TileId, Point, u32), b: &(TileId, Point, u32)| {
-        a.0.cmp(&b.0).then_with(|| a.1.lex_cmp(b.1)).then_with(|| a.2.cmp(&b.2))
-    };
-    ends.sort_unstable_by(by_place);
-    let z_of = |end: u32| {
-        let z = work.z.get(end as usize / 2).map_or(NO_Z, |z| z[end as usize % 2]);
-        if z.is_nan() { 0.0 } else { z }
-    };
+    ends.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| a.1.lex_cmp(b.1)).then_with(|| a.2.cmp(&b.2)));
+    let mut found: Vec<Option<Vertex>> = vec![None; ends.len()];
     let mut added = 0;
     for group in ends.chunk_by(|a, b| a.0 == b.0) {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
         let id = group[0].0;
-        let tile = tiles.get(id)?;
-        let index = VertexIndex::new(tile.points());
-        let missing = group
-            .chunk_by(|a, b| a.1 == b.1)
-            .filter(|same| index.at(same[0].1).is_none());
-        let new = missing.map(|same| same[0]).zip(first_record + added..);
-        let new: Vec<NewVertex> = new
-            .map(|((_, point, end), record)| NewVertex {
-                point,
-                z: z_of(end),
-                record,
-            })
-            .collect();
-        let (count, most) = (
-            tile.points().len() as u64 + new.len() as u64,
-            BuildOptions::MAX_TILE_VERTICES as u64,
-        );
-        drop(tile);
-        if new.is_empty() {
-            continue;
-        }
-        if count > most {
-            return Err(EditError::TooMany { vertices: count, most });
-        }
-        added += new.len() as u64;
-        let line_at = |place: Point| {
-            let there = group.iter().find(|(_, other, _)| *other == place);
-            there.map_or(0, |&(_, _, end)| work.segments[end as usize / 2].source.number())
+        let numbers_in = |tile: &EditTile| -> Vec<Option<u32>> {
+            let index = VertexIndex::new(tile.points());
+            group.iter().map(|&(_, place, _)| index.at(place)).collect()
         };
-        vertices::add(tiles, id, new, has_z, &line_at)?;
+        let mut tile = tiles.get(id)?;
+        let mut numbers = numbers_in(&tile);
+        let missing = group.iter().zip(&numbers).filter(|(_, number)| number.is_none());
+        let mut missing: Vec<End> = missing.map(|(end, _)| *end).collect();
+        // Of several at one place the first says how high it lies.
+        missing.dedup_by(|a, b| a.1 == b.1);
+        if !missing.is_empty() {
+            drop(tile);
+            add_vertices(tiles, work, &missing, next_record)?;
+            next_record += missing.len() as u64;
+            added += missing.len() as u64;
+            tile = tiles.get(id)?;
+            numbers = numbers_in(&tile);
+        }
+        for (&(_, place, end), number) in group.iter().zip(numbers) {
+            found[end as usize] = Some(tile.vertex(number.ok_or_else(|| no_vertex(place))?));
+        }
     }
-    Ok(added)
+    Ok((found.into_iter().flatten().collect(), added))
 }
 
-/// Finds the vertices at the ends of segments. Pieces come in the order of a space-filling curve, so that those that cross the same
-/// tiles come together.
-fn pieces(tiles: &mut Tiles, segments: &[Segment]) -> Result<Vec<Piece>, EditError> {
-    let ends: Vec<(Point, u32)> = segments.iter().flat_map(|segment| segment.ends).zip(0u32..).collect();
-    let tree = tiles.directory().tree.clone();
-    let no_vertex = |place: Point| EditError::Internal(format!("there is no vertex at ({}, {})", place.x, place.y));
-    let mut of_tiles: Vec<(TileId, Point, u32)> = Vec::with_capacity(ends.len());
-    for (place, end) in ends {
-        let tile = tree.tile_at(place).ok_or_else(|| no_vertex(place))?;
-        of_tiles.push((tile, place, end));
-    }
-    of_tiles.sort_unstable_by_key(|&(tile, _, end)| (tile, end));
-    let mut found: Vec<Option<Vertex>> = vec![None; of_tiles.len()];
-    for group in of_tiles.chunk_by(|a, b| a.0 == b.0) {
-        let id = group[0].0;
-        let tile = tiles.get(id)?;
-        let index = VertexIndex::new(tile.points());
-        for &(_, place, end) in group {
-            let index = index.at(place).ok_or_else(|| no_vertex(place))?;
-            found[end as usize] = Some(tile.vertex(index));
-        }
-    }
+/// Makes vertices of ends in one tile, each at another place, with record numbers from this one on.
+fn add_vertices(tiles: &mut Tiles, work: &Work, ends: &[End], first_record: u64) -> Result<(), EditError> {
+    let z_of = |end: u32| {
+        let z = work.z.get(end as usize / 2).map_or(NO_Z, |z| z[end as usize % 2]);
+        if z.is_nan() { 0.0 } else { z }
+    };
+    let new = ends
+        .iter()
+        .zip(first_record..)
+        .map(|(&(_, point, end), record)| NewVertex {
+            point,
+            z: z_of(end),
+            record,
+            line: work.segments[end as usize / 2].source.number(),
+        });
+    vertices::add(tiles, ends[0].0, new.collect())
+}
+
+/// Puts segments in the order of a space-filling curve, so that those that cross the same tiles come together; these are the vertices at
+/// their ends.
+fn pieces(segments: &[Segment], ends: &[Vertex]) -> Vec<Piece> {
     let middles = segments
         .iter()
         .map(|Segment { ends: [a, b], .. }| Point::new((a.x + b.x) / 2.0, (a.y + b.y) / 2.0));
     let middles: Vec<Point> = middles.collect();
     let square = MortonSquare::around(Rect::around(middles.iter().copied()));
-    let all = segments.iter().zip(found.chunks(2)).zip(middles);
+    let (ends, _) = ends.as_chunks();
+    let all = segments.iter().zip(ends).zip(middles);
     let mut pieces: Vec<(u64, Piece)> = all
-        .filter_map(|((segment, ends), middle)| {
-            let ends = [ends[0]?, ends[1]?];
-            let source = segment.source;
-            Some((square.key(middle), Piece { ends, source }))
-        })
+        .map(|((&Segment { source, .. }, &ends), middle)| (square.key(middle), Piece { ends, source }))
         .collect();
     pieces.sort_by_key(|(key, _)| *key);
-    Ok(pieces.into_iter().map(|(_, piece)| piece).collect())
+    pieces.into_iter().map(|(_, piece)| piece).collect()
 }
 
 /// Joins what lies side by side in all tiles. Returns also how many constraint edges there are.

@@ -104,19 +104,11 @@ impl Inserting {
                 let ends = [gate, next_side(gate)].map(|side| tile.from(side));
                 return Err(crossed(tiles, line, ends, piece));
             }
-            let entered = match tile.across(gate) {
-                Across::Side(entered) => Some(entered),
-                Across::Hull => None,
-                Across::Elsewhere => {
-                    // The tile of an end of the edge has the triangle across.
-                    let ends = [next_side(gate), gate].map(|side| tile.from(side).id);
-                    tile = tiles.get(ends[0].tile)?;
-                    tile.side_between(ends[0], ends[1])
-                }
+            let id = tile.id;
+            let Some((there, entered)) = tiles.over(tile, gate)? else {
+                return Err(tiles.damaged(id, "a line between two vertices leaves the triangulation"));
             };
-            let Some(entered) = entered else {
-                return Err(tiles.damaged(tile.id, "a line between two vertices leaves the triangulation"));
-            };
+            tile = there;
             self.strip.push(tile.triangle(entered));
             let apex = tile.from(prev_side(entered));
             gate = match orient2d(line[0], line[1], apex.point) {

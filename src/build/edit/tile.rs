@@ -45,6 +45,8 @@ pub(super) struct NewVertex {
     pub(super) point: Point,
     pub(super) z: f64,
     pub(super) record: u64,
+    /// The number of a line that ends here.
+    pub(super) line: u64,
 }
 
 /// A triangle on its way into tiles: its corners, and the bits of its sides.

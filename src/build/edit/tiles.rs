@@ -20,9 +20,10 @@ use super::EditError;
 use super::regions::{Labels, Parts};
 use super::tile::EditTile;
 use crate::io::{Buffers, ReadAt, ThreadsFile};
+use crate::mesh::next_side;
 use crate::store::{
-    BLOCK, Directory, EditCache, EditLease, EditPin, Extent, Failure, OpenOptions, ReadError, Tile, TileEntry, TileId,
-    TileReader, TileWriter, Weight,
+    Across, BLOCK, Directory, EditCache, EditLease, EditPin, Extent, Failure, OpenOptions, ReadError, Tile, TileEntry,
+    TileId, TileReader, TileWriter, Weight,
 };
 
 /// The tiles of a file, to be changed by one thread, which may wait for them; it is none of the runtime's.
@@ -33,6 +34,9 @@ pub(super) struct Tiles {
     /// Tiles that were changed since the file was opened.
     pub(super) is_changed: Vec<bool>,
 }
+
+/// A tile to look at.
+pub(super) type Pin = EditPin<TileId, EditTile, EditError>;
 
 /// The file, and where in it each tile lies now.
 struct Disk {
@@ -189,9 +193,23 @@ impl Tiles {
     }
 
     /// A tile to look at. It must be given back before it is changed, or it is copied.
-    pub(super) fn get(&self, id: TileId) -> Result<EditPin<TileId, EditTile, EditError>, EditError> {
+    pub(super) fn get(&self, id: TileId) -> Result<Pin, EditError> {
         let load = || Arc::clone(&self.disk).load(id);
         self.runtime.block_on(self.cache.read(id, load))
+    }
+
+    /// The side across a side, with a tile that has it. None: that is the outside.
+    pub(super) fn over(&self, tile: Pin, side: u32) -> Result<Option<(Pin, u32)>, EditError> {
+        match tile.across(side) {
+            Across::Side(other) => Ok(Some((tile, other))),
+            Across::Hull => Ok(None),
+            Across::Elsewhere => {
+                // The tile of an end of the edge has the triangle across.
+                let ends = [next_side(side), side].map(|side| tile.from(side).id);
+                let tile = self.get(ends[0].tile)?;
+                Ok(tile.side_between(ends[0], ends[1]).map(|other| (tile, other)))
+            }
+        }
     }
 
     /// A tile to change, one at a time.

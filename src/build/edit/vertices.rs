@@ -4,26 +4,20 @@
 //! and the vertex make those that take their place (Bowyer, Watson, both in The Computer Journal 24, 1981). With constraints too, the
 //! result is the triangulation of all vertices and constraints, whatever the order. A vertex on a constraint parts it.
 
-use std::collections::HashSet;
+use foldhash::HashSet;
 
 use super::EditError;
 use super::patch::Patch;
-use super::tile::{EditTile, Incoming, NewVertex};
-use super::tiles::Tiles;
+use super::tile::{Incoming, NewVertex};
+use super::tiles::{Pin, Tiles};
+use crate::build::BuildOptions;
 use crate::geometry::{MortonSquare, Orientation, Point, Rect, in_circle, orient2d};
 use crate::mesh::{WALLS, next_side, prev_side};
-use crate::store::{Across, EditPin, TileId, Vertex, VertexId};
+use crate::store::{TileId, Vertex, VertexId};
 
-type Pin = EditPin<TileId, EditTile, EditError>;
-
-/// Adds vertices to a tile, none of which is there yet, and gives their numbers. `line` is one that ends at the first.
-pub(super) fn add(
-    tiles: &mut Tiles,
-    id: TileId,
-    mut new: Vec<NewVertex>,
-    has_z: bool,
-    line_at: &dyn Fn(Point) -> u64,
-) -> Result<(), EditError> {
+/// Adds vertices to a tile, none of which is there yet.
+pub(super) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Result<(), EditError> {
+    let has_z = tiles.directory().metadata.has_z;
     // One after the other, so that the way from each to the next is short.
     let square = MortonSquare::around(Rect::around(new.iter().map(|vertex| vertex.point)));
     new.sort_by_key(|vertex| square.key(vertex.point));
@@ -33,22 +27,24 @@ pub(super) fn add(
         to(a).total_cmp(&to(b))
     });
     let near = near.map(|(_, index)| index);
+    let (vertices, most) = (tile.points().len() + new.len(), BuildOptions::MAX_TILE_VERTICES);
     drop(tile);
+    if vertices > most {
+        let [vertices, most] = [vertices, most].map(|count| count as u64);
+        return Err(EditError::TooMany { vertices, most });
+    }
     let first = tiles.change(id)?.add_vertices(&new, has_z);
     let Some(mut from) = near else {
         return Err(tiles.damaged(id, "it has no vertices"));
     };
     let mut adding = Adding::default();
-    for (vertex, index) in new.iter().zip(first..) {
+    for (&NewVertex { point, line, .. }, index) in new.iter().zip(first..) {
         let vertex = Vertex {
             id: VertexId { tile: id, index },
-            point: vertex.point,
+            point,
         };
-        let Some(place) = locate(tiles, VertexId { tile: id, index: from }, vertex.point)? else {
-            return Err(EditError::Outside {
-                line: line_at(vertex.point),
-                place: vertex.point,
-            });
+        let Some(place) = locate(tiles, VertexId { tile: id, index: from }, point)? else {
+            return Err(EditError::Outside { line, place: point });
         };
         adding.add(tiles, vertex, place)?;
         from = index;
@@ -82,22 +78,9 @@ fn locate(tiles: &Tiles, from: VertexId, to: Point) -> Result<Option<(Pin, u32)>
         let Some(exit) = sides.into_iter().find(is_beyond) else {
             return Ok(Some((tile, side)));
         };
-        match over(tiles, tile, exit)? {
+        match tiles.over(tile, exit)? {
             Some(there) => (tile, side) = there,
             None => return Ok(None),
-        }
-    }
-}
-
-/// The side across a side, with a tile that has it. None: that is the outside.
-fn over(tiles: &Tiles, tile: Pin, side: u32) -> Result<Option<(Pin, u32)>, EditError> {
-    match tile.across(side) {
-        Across::Side(other) => Ok(Some((tile, other))),
-        Across::Hull => Ok(None),
-        Across::Elsewhere => {
-            let ends = [next_side(side), side].map(|side| tile.from(side).id);
-            let tile = tiles.get(ends[0].tile)?;
-            Ok(tile.side_between(ends[0], ends[1]).map(|other| (tile, other)))
         }
     }
 }
@@ -142,7 +125,7 @@ impl Adding {
                     continue;
                 }
                 let tile = tiles.get(ids[0].tile)?;
-                let Some((there, other)) = over(tiles, tile, side)? else {
+                let Some((there, other)) = tiles.over(tile, side)? else {
                     if is_parted {
                         let [from, to] = ends.map(|end| end.id);
                         on_hull.extend([[from, vertex.id], [vertex.id, to]]);

@@ -311,7 +311,7 @@ impl Asked {
 
     fn finish(self) -> Statistics {
         Statistics {
-            tiles: self.tiles.read_count(),
+            tiles: self.tiles.count(),
             times: self.clock.times,
             ..self.statistics
         }

@@ -22,7 +22,7 @@ async fn cost(reader: &TileReader, run: &Run, clock: Clock, candidates: usize) -
         candidates: candidates as u64,
         nodes_swept: run.wave.root_count() as u64,
         rounds: 1,
-        tiles: run.tiles.read_count(),
+        tiles: run.tiles.count(),
         times: clock.times,
         ..Statistics::default()
     };
