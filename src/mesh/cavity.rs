@@ -32,14 +32,14 @@ const NOWHERE: u32 = u32::MAX;
 
 /// Triangulates chains; keeps its memory.
 #[derive(Debug, Default)]
-pub(super) struct Cavity {
+pub(crate) struct Cavity {
     /// The corners of each triangle, counter-clockwise, by position. The first triangle's side 0 may have been flipped away
     /// from it: `sides` knows where the constraint is.
-    pub(super) triangles: Vec<[u32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
     /// The sides across, or [`BOUNDARY`] and a position.
     neighbours: Vec<[u32; 3]>,
     /// For each position the side between it and the next; for the last the side on the constraint.
-    pub(super) sides: Vec<u32>,
+    pub(crate) sides: Vec<u32>,
     at: Vec<Point>,
     next: Vec<u32>,
     previous: Vec<u32>,
@@ -54,10 +54,14 @@ pub(super) struct Cavity {
 
 impl Cavity {
     /// Triangulates the polygon of a chain of at least three points, which lies left of the line from its first to its last.
-    pub(super) fn triangulate(&mut self, chain: impl ExactSizeIterator<Item = Point>) {
+    /// Returns false if there is no such polygon.
+    #[must_use]
+    pub(crate) fn triangulate(&mut self, chain: impl ExactSizeIterator<Item = Point>) -> bool {
         self.at.clear();
         self.at.extend(chain);
-        self.cut_ears();
+        if !self.cut_ears() {
+            return false;
+        }
         let last = self.at.len() as u32 - 1;
         let top = self.next[0];
         self.triangles.clear();
@@ -72,15 +76,16 @@ impl Cavity {
         while let Some(ear) = self.cut.pop() {
             self.put_back(ear);
         }
+        true
     }
 
     /// The side across, or none on the boundary.
-    pub(super) fn twin(&self, side: u32) -> Option<u32> {
+    pub(crate) fn twin(&self, side: u32) -> Option<u32> {
         Some(self.neighbours[(side / 3) as usize][(side % 3) as usize]).filter(|twin| twin & BOUNDARY == 0)
     }
 
-    /// Cuts ears off, in random order, until one vertex is left above the constraint.
-    fn cut_ears(&mut self) {
+    /// Cuts ears off, in random order, until one vertex is left above the constraint. Returns false if there are too few.
+    fn cut_ears(&mut self) -> bool {
         let count = self.at.len() as u32;
         let last = count - 1;
         self.next.clear();
@@ -99,7 +104,7 @@ impl Cavity {
         }
         for _ in 0..count.saturating_sub(3) {
             let place = self.choose();
-            let ear = self.ears[place];
+            let Some(&ear) = self.ears.get(place) else { return false };
             self.remove(place);
             let [before, after] = [self.previous[ear as usize], self.next[ear as usize]];
             self.cut.push([before, ear, after]);
@@ -111,6 +116,7 @@ impl Cavity {
                 }
             }
         }
+        true
     }
 
     /// Keeps the ears up to date with what a position is now.

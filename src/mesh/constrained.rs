@@ -366,7 +366,8 @@ impl Inserter {
         let (left, right) = self.crossed.split_at(self.left.vertices.len() - 2);
         let sides = [(&self.left, left), (&self.right, right)].map(|(chain, places)| {
             let chain_points = chain.vertices.iter().map(|&vertex| points[vertex as usize]);
-            self.cavity.triangulate(chain_points);
+            let is_polygon = self.cavity.triangulate(chain_points);
+            assert!(is_polygon, "what a piece crosses is a polygon on each side");
             fill(mesh, chain, places, &self.cavity)
         });
         mesh.set_neighbour(sides[0], sides[1]);

@@ -13,6 +13,7 @@ mod engine;
 mod spade_engine;
 mod triangulation;
 
+pub(crate) use cavity::Cavity;
 pub use constrained::{Constrained, Crossing, Inserter};
 pub(crate) use constrained::{Step, WALLS};
 pub use engine::{Engine, EngineKind, UnknownEngine};

@@ -4,15 +4,14 @@
 //! that changes (Wu, Lemma 3.3.6); they are triangulated anew by themselves as in core, and each tile with a vertex of theirs
 //! takes the old ones out and the new ones in.
 
-use foldhash::HashMap;
+use foldhash::{HashMap, HashMapExt};
 
 use super::EditError;
-use super::patch::Patch;
-use super::tile::Incoming;
+use super::patch::{Beside, New, Old, Patch};
+use super::tile::EditTile;
 use super::tiles::Tiles;
-use crate::build::constrain::glued;
 use crate::geometry::{Orientation, Point, orient2d};
-use crate::mesh::{Constrained, Inserter, Step, WALLS, next_side, prev_side};
+use crate::mesh::{Cavity, NONE, WALLS, next_side, prev_side};
 use crate::store::{Across, EdgeSource, Vertex, VertexId};
 
 /// A part of a line between two vertices of the file, to become constraint edges.
@@ -33,9 +32,14 @@ enum Reached {
 /// Inserts pieces. Keeps its memory from one to the next.
 #[derive(Default)]
 pub(super) struct Inserting {
-    inserter: Inserter,
+    cavity: Cavity,
     /// The triangles that a piece crosses, in order.
     strip: Patch,
+    /// Their boundary on both sides of the piece.
+    left: Chain,
+    right: Chain,
+    /// Whether it may pass an edge twice: it passes a vertex twice.
+    is_passed_twice: bool,
     /// How often lines of this edit run along edges as the rings of obstacles, which count each time.
     times: HashMap<(EdgeKey, EdgeSource), usize>,
     /// Edges that became constraints.
@@ -43,6 +47,21 @@ pub(super) struct Inserting {
 }
 
 type EdgeKey = [VertexId; 2];
+
+/// The boundary of a strip on one side of a piece, by the patch's numbers.
+#[derive(Default)]
+struct Chain {
+    vertices: Vec<u32>,
+    /// Between each vertex and the next, the side of the old triangle there.
+    sides: Vec<u32>,
+}
+
+impl Chain {
+    fn push(&mut self, vertex: u32, side: u32) {
+        self.vertices.push(vertex);
+        self.sides.push(side);
+    }
+}
 
 impl Inserting {
     /// Makes a piece a chain of constraint edges.
@@ -55,7 +74,7 @@ impl Inserting {
                     next
                 }
                 Reached::Through(next) => {
-                    self.replace(tiles, [at, next], piece.source.is_wall())?;
+                    self.replace(tiles, piece.source.is_wall())?;
                     next
                 }
             };
@@ -95,10 +114,9 @@ impl Inserting {
             let corners = |side: u32| tile.triangle(side).0.map(|vertex| vertex.id);
             return Ok(Reached::Along(next, sides.into_iter().map(corners).collect()));
         }
-        self.strip.clear();
-        self.strip.push(tile.triangle(side));
+        // The side by which the line leaves a triangle, and the numbers of its ends, the right one first.
+        let (mut gate, mut ends) = (next_side(side), self.begin(&tile, side));
         let mut tile = tile;
-        let mut gate = next_side(side);
         loop {
             if tile.is_constraint(gate) {
                 let ends = [gate, next_side(gate)].map(|side| tile.from(side));
@@ -109,33 +127,86 @@ impl Inserting {
                 return Err(tiles.damaged(id, "a line between two vertices leaves the triangulation"));
             };
             tile = there;
-            self.strip.push(tile.triangle(entered));
             let apex = tile.from(prev_side(entered));
-            gate = match orient2d(line[0], line[1], apex.point) {
-                Orientation::CounterClockwise => next_side(entered),
-                Orientation::Clockwise => prev_side(entered),
-                Orientation::Collinear => return Ok(Reached::Through(apex)),
-            };
+            let number = self.push(&tile, entered, ends, apex);
+            let triangle = 3 * (self.strip.old.len() as u32 - 1);
+            let (right, left) = (triangle + 1, triangle + 2);
+            match orient2d(line[0], line[1], apex.point) {
+                Orientation::CounterClockwise => {
+                    self.left.push(number, left);
+                    (gate, ends[1]) = (next_side(entered), number);
+                }
+                Orientation::Clockwise => {
+                    self.right.push(number, right);
+                    (gate, ends[0]) = (prev_side(entered), number);
+                }
+                Orientation::Collinear => {
+                    self.left.push(number, left);
+                    self.right.push(number, right);
+                    return Ok(Reached::Through(apex));
+                }
+            }
         }
     }
 
-    /// Triangulates the strip anew on both sides of a piece between two of its vertices, in all tiles that have some of it.
-    fn replace(&mut self, tiles: &mut Tiles, ends: [Vertex; 2], is_wall: bool) -> Result<(), EditError> {
-        let Self { inserter, strip, .. } = self;
-        let points: Vec<Point> = strip.vertices.iter().map(|vertex| vertex.point).collect();
-        let mesh = glued(strip.triangles.clone(), points.len());
-        let mut mesh = Constrained::with_constraints(mesh, strip.bits.clone(), points.len());
-        let ends = ends.map(|end| strip.places[&end.id]);
-        match inserter.step_between(&points, &mesh, ends) {
-            Ok((_, Step::Triangles(_))) => inserter.replace(&points, &mut mesh, is_wall),
-            _ => return Err(EditError::Internal("a line does not cross what it crossed".to_owned())),
+    /// Begins a strip with the triangle of a side, which starts where the piece does. Returns the numbers of the other two corners.
+    fn begin(&mut self, tile: &EditTile, side: u32) -> [u32; 2] {
+        self.strip.clear();
+        self.is_passed_twice = false;
+        let (corners, bits) = tile.triangle(side);
+        let [from, right, left] = corners.map(|corner| self.strip.number(corner).0);
+        self.strip
+            .old
+            .push(Old::new([from, right, left], bits, (tile.id, side)));
+        for (chain, vertex, side) in [(&mut self.right, right, 0), (&mut self.left, left, 2)] {
+            chain.vertices.clear();
+            chain.sides.clear();
+            chain.vertices.push(from);
+            chain.push(vertex, side);
         }
-        let vertex = |place: u32| strip.vertices[place as usize];
-        let new: Vec<Incoming> = (0u32..)
-            .zip(&mesh.mesh().triangles)
-            .map(|(t, corners)| (corners.map(vertex), mesh.side_bits(t)))
-            .collect();
-        strip.exchange(tiles, &new, &[])
+        [right, left]
+    }
+
+    /// Adds the triangle that the piece enters by a side, between the numbers of its ends. Returns that of the apex.
+    fn push(&mut self, tile: &EditTile, entered: u32, [right, left]: [u32; 2], apex: Vertex) -> u32 {
+        let (apex, is_new) = self.strip.number(apex);
+        self.is_passed_twice |= !is_new;
+        let bits = tile.bits_from(entered);
+        self.strip
+            .old
+            .push(Old::new([left, right, apex], bits, (tile.id, entered)));
+        apex
+    }
+
+    /// Triangulates the strip anew on both sides of a piece between two of its vertices, in all tiles that have some of it.
+    fn replace(&mut self, tiles: &mut Tiles, is_wall: bool) -> Result<(), EditError> {
+        let Self {
+            cavity,
+            strip,
+            left,
+            right,
+            ..
+        } = self;
+        // Both chains have their polygon on the left of the line between their ends.
+        right.vertices.reverse();
+        right.sides.reverse();
+        let mut on_piece = [0; 2];
+        for (chain, on_piece) in [left, right].into_iter().zip(&mut on_piece) {
+            let points = chain
+                .vertices
+                .iter()
+                .map(|&vertex| strip.vertices[vertex as usize].point);
+            if !cavity.triangulate(points) {
+                return Err(EditError::Internal("a line does not cross what it crossed".to_owned()));
+            }
+            *on_piece = fill(strip, chain, cavity, self.is_passed_twice);
+        }
+        for [side, twin] in [on_piece, [on_piece[1], on_piece[0]]] {
+            let triangle = &mut strip.new[(side / 3) as usize];
+            triangle.across[(side % 3) as usize] = Beside::New(twin);
+            triangle.bits |= constraint_bits(is_wall) << (side % 3);
+        }
+        strip.exchange(tiles)
     }
 
     /// Notes the source of an edge in the tile that it belongs to.
@@ -159,9 +230,45 @@ impl Inserting {
     }
 }
 
+/// Puts the triangles of a cavity into the patch. Returns the side on the piece.
+fn fill(strip: &mut Patch, chain: &Chain, cavity: &Cavity, is_passed_twice: bool) -> u32 {
+    let first = 3 * strip.new.len() as u32;
+    for (corners, sides) in cavity.triangles.iter().zip((0u32..).step_by(3)) {
+        // A side without a twin is on the chain, which says below what lies there, or on the piece.
+        let across = |s: u32| Beside::New(cavity.twin(sides + s).map_or(NONE, |twin| first + twin));
+        strip.new.push(New {
+            corners: corners.map(|position| chain.vertices[position as usize]),
+            bits: 0,
+            across: [0, 1, 2].map(across),
+        });
+    }
+    // An edge between two triangles of the strip that the piece does not cross is passed twice: a constraint that dangles into the cavity,
+    // or an edge from which triangles hang that the piece does not cross.
+    let mut positions: HashMap<[u32; 2], usize> = HashMap::new();
+    if is_passed_twice {
+        let edges = chain.vertices.array_windows().zip(0..);
+        positions.extend(edges.map(|(&edge, position)| (edge, position)));
+    }
+    for (position, (&[from, to], &old)) in chain.vertices.array_windows().zip(&chain.sides).enumerate() {
+        let side = first + cavity.sides[position];
+        let twin = positions.get(&[to, from]).map(|&other| first + cavity.sides[other]);
+        let replaced = &strip.old[(old / 3) as usize];
+        let bits = replaced.bits >> (old % 3) & constraint_bits(true);
+        let triangle = &mut strip.new[(side / 3) as usize];
+        triangle.across[(side % 3) as usize] = twin.map_or(Beside::Old(old), Beside::New);
+        triangle.bits |= bits << (side % 3);
+    }
+    first + cavity.sides[chain.sides.len()]
+}
+
+/// The bits of a triangle's first side, if that is a constraint.
+fn constraint_bits(is_wall: bool) -> u8 {
+    1 | u8::from(is_wall) << WALLS
+}
+
 /// Makes the first sides of these triangles constraints, in all tiles that have them.
 fn mark(tiles: &mut Tiles, triangles: &[[VertexId; 3]], is_wall: bool) -> Result<(), EditError> {
-    let bits = 1 | u8::from(is_wall) << WALLS;
+    let bits = constraint_bits(is_wall);
     for corners in triangles {
         let mut of_tiles = corners.map(|id| id.tile);
         of_tiles.sort_unstable();

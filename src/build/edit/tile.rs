@@ -6,8 +6,9 @@ mod drafts;
 
 use foldhash::{HashMap, HashMapExt};
 
+use super::patch::{Beside, New, Patch, Seats, Share};
 use crate::geometry::Point;
-use crate::mesh::{NONE, next_side, prev_side};
+use crate::mesh::{NONE, WALLS, next_side, prev_side};
 use crate::store::{Across, EdgeSource, Tile, TileId, Vertex, VertexId};
 
 /// Across a side: the hull.
@@ -49,9 +50,6 @@ pub(super) struct NewVertex {
     pub(super) line: u64,
 }
 
-/// A triangle on its way into tiles: its corners, and the bits of its sides.
-pub(super) type Incoming = ([Vertex; 3], u8);
-
 /// A new triangle whose first side runs between two vertices of other tiles: what lies across must be looked for elsewhere.
 pub(super) type Unlinked = [VertexId; 3];
 
@@ -69,9 +67,8 @@ impl EditTile {
             Across::Hull => ON_HULL,
             Across::Elsewhere => BEYOND,
         };
-        let bits = |side: u32, s: u32| {
-            u8::from(tile.is_constraint(side)) << s | u8::from(tile.is_wall(side)) << (s + crate::mesh::WALLS)
-        };
+        let bits =
+            |side: u32, s: u32| u8::from(tile.is_constraint(side)) << s | u8::from(tile.is_wall(side)) << (s + WALLS);
         let mut this = Self {
             id: tile.id(),
             points: tile.points().collect(),
@@ -151,25 +148,24 @@ impl EditTile {
     }
 
     /// The corners of a side's triangle, from the side's origin on, and the bits of its sides, from that side on.
-    pub(super) fn triangle(&self, side: u32) -> Incoming {
+    pub(super) fn triangle(&self, side: u32) -> ([Vertex; 3], u8) {
         let sides = [side, next_side(side), prev_side(side)];
+        (sides.map(|side| self.from(side)), self.bits_from(side))
+    }
+
+    /// The bits of the sides of a side's triangle, from that side on.
+    pub(super) fn bits_from(&self, side: u32) -> u8 {
         let bits = self.bits[(side / 3) as usize];
-        let turned = |first: u32| {
-            sides
-                .iter()
-                .zip(0..)
-                .map(|(side, place)| (bits >> (first + side % 3) & 1) << place)
-                .sum::<u8>()
+        let turned = |bits: u8| {
+            let (bits, first) = (bits & 0b111, side % 3);
+            (bits >> first | bits << (3 - first)) & 0b111
         };
-        (
-            sides.map(|side| self.from(side)),
-            turned(0) | turned(crate::mesh::WALLS) << crate::mesh::WALLS,
-        )
+        turned(bits) | turned(bits >> WALLS) << WALLS
     }
 
     /// The bits of a side alone, in the places of a first one.
     fn side_bits(&self, side: u32) -> u8 {
-        self.bits[(side / 3) as usize] >> (side % 3) & (1 | 1 << crate::mesh::WALLS)
+        self.bits[(side / 3) as usize] >> (side % 3) & (1 | 1 << WALLS)
     }
 
     pub(super) fn is_constraint(&self, side: u32) -> bool {
@@ -332,46 +328,20 @@ impl EditTile {
     /// Changes nothing; but whoever borrows a tile from the cache to change it has it written again.
     pub(super) fn touch(&mut self) {}
 
-    /// Takes triangles out, which it must have, and puts others in their place, of which these sides are new on the hull. Returns those sides of new ones that another
-    /// triangle of the tile may lie across, which only other tiles can tell.
+    /// Takes the old triangles of its share of a patch out, which it must have, and puts the new ones in their place. Returns those that
+    /// have a side, their first, across which another triangle of the tile may lie that only other tiles can tell.
     ///
     /// ```text
     ///      u ─── v            u ─── v        edges around stay, and what lies across them;
     ///    ╱  ╲   ╱  ╲    →   ╱    ╱    ╲      what is outside the tile on one side is so marked
     ///   a ──── w ── b      a ════════ b
     /// ```
-    pub(super) fn replace(
-        &mut self,
-        removed: &[[VertexId; 3]],
-        added: &[Incoming],
-        on_hull: &[[VertexId; 2]],
-    ) -> Result<Vec<Unlinked>, String> {
-        let absent = || "a triangle is missing that another tile has".to_owned();
-        let mut places: Vec<u32> = Vec::with_capacity(removed.len());
-        for &corners in removed {
-            let side = self.side_of(corners).ok_or_else(absent)?;
-            self.bits[(side / 3) as usize] |= REMOVED;
-            places.push(side / 3);
-        }
-        // What lies across the edges around, from the inside.
-        let mut around: HashMap<[u32; 2], u32> = HashMap::new();
-        for &place in &places {
-            for side in 3 * place..3 * place + 3 {
-                let value = self.across[place as usize][(side % 3) as usize];
-                let stays = value >= BEYOND || self.bits[(value / 3) as usize] & REMOVED == 0;
-                if stays {
-                    around.insert([side, next_side(side)].map(|side| self.origin(side)), value);
-                }
-            }
-        }
-        self.free.extend(places.iter().rev());
-        for &place in &places {
-            self.triangles[place as usize] = [NONE; 3];
-        }
-        let mut sides: HashMap<[u32; 2], u32> = HashMap::with_capacity(3 * added.len());
-        let mut new = Vec::with_capacity(added.len());
-        for &(vertices, bits) in added {
-            let corners = vertices.map(|vertex| self.corner_for(vertex));
+    pub(super) fn replace(&mut self, patch: &Patch, share: &Share, at: &mut Seats) -> Result<Vec<Unlinked>, String> {
+        let Share { old, new, .. } = share;
+        self.take_out(patch, old, at)?;
+        for &number in new {
+            let New { corners, bits, .. } = patch.new[number as usize];
+            let corners = corners.map(|corner| self.corner_for(patch.vertices[corner as usize]));
             let place = self.free.pop().unwrap_or(self.triangles.len() as u32);
             if place as usize == self.triangles.len() {
                 self.triangles.push(corners);
@@ -381,37 +351,88 @@ impl EditTile {
                 self.triangles[place as usize] = corners;
                 self.bits[place as usize] = bits;
             }
+            at.new[number as usize] = 3 * place;
             for (side, &corner) in (3 * place..).zip(&corners) {
-                sides.insert([corner, corners[((side % 3) as usize + 1) % 3]], side);
                 if let Some(leaving) = self.leaving.get_mut(corner as usize) {
                     *leaving = side;
                 }
             }
-            new.push(place);
         }
         let own = self.points.len() as u32;
+        let here = |seats: &[u32], side: u32| seats[(side / 3) as usize] != NONE;
         let mut unlinked = Vec::new();
-        for side in new.into_iter().flat_map(|place| 3 * place..3 * place + 3) {
-            let [from, to] = [side, next_side(side)].map(|side| self.origin(side));
-            let value = match (sides.get(&[to, from]), around.remove(&[from, to])) {
-                (Some(&twin), _) => twin,
-                (None, Some(value)) => value,
-                (None, None) if from >= own && to >= own => BEYOND,
-                (None, None) if on_hull.contains(&[from, to].map(|corner| self.vertex(corner).id)) => ON_HULL,
-                (None, None) => return Err("triangles around a line do not fit together".to_owned()),
-            };
-            self.set_across(side, value);
-            if value == BEYOND {
-                unlinked.push(self.triangle(side).0.map(|vertex| vertex.id));
-            } else if value != ON_HULL {
-                self.set_across(value, side);
+        for &number in new {
+            for (s, &beside) in (0..).zip(&patch.new[number as usize].across) {
+                let side = at.new[number as usize] + s;
+                let value = match beside {
+                    Beside::New(twin) if here(&at.new, twin) => at.new[(twin / 3) as usize] + twin % 3,
+                    Beside::Old(old) if here(&at.old, old) => at.across[(old / 3) as usize][(old % 3) as usize],
+                    Beside::Old(_) => {
+                        unlinked.push(self.triangle(side).0.map(|vertex| vertex.id));
+                        BEYOND
+                    }
+                    Beside::Hull if self.origin(side).min(self.origin(next_side(side))) < own => ON_HULL,
+                    Beside::New(_) | Beside::Hull => BEYOND,
+                };
+                self.set_across(side, value);
+                if value < BEYOND {
+                    self.set_across(value, side);
+                }
             }
         }
-        // What is left was across triangles of the tile, and is across such as have no vertex here.
-        for value in around.into_values().filter(|&value| value < BEYOND) {
-            self.set_across(value, BEYOND);
+        // What lay across old triangles of the tile may lie across new ones that have no vertex here.
+        for &number in old {
+            for (&follower, &value) in patch.old[number as usize]
+                .follower
+                .iter()
+                .zip(&at.across[number as usize])
+            {
+                if follower != NONE && value < BEYOND && !here(&at.new, follower) {
+                    self.set_across(value, BEYOND);
+                }
+            }
         }
         Ok(unlinked)
+    }
+
+    /// Takes old triangles out, and notes where they were and what lay across.
+    fn take_out(&mut self, patch: &Patch, old: &[u32], at: &mut Seats) -> Result<(), String> {
+        let absent = || "a triangle is missing that another tile has".to_owned();
+        for &number in old {
+            let triangle = &patch.old[number as usize];
+            let corners = patch.ids(triangle.corners);
+            let (tile, found) = triangle.found;
+            let found = (tile == self.id && self.is_at(found, corners)).then_some(found);
+            let side = found.or_else(|| self.side_of(corners)).ok_or_else(absent)?;
+            self.bits[(side / 3) as usize] |= REMOVED;
+            at.old[number as usize] = side;
+            at.across[number as usize] = [side, next_side(side), prev_side(side)]
+                .map(|side| self.across[(side / 3) as usize][(side % 3) as usize]);
+        }
+        for &number in old {
+            for (&follower, &value) in patch.old[number as usize]
+                .follower
+                .iter()
+                .zip(&at.across[number as usize])
+            {
+                if follower != NONE && value < BEYOND && self.bits[(value / 3) as usize] & REMOVED != 0 {
+                    return Err("triangles around a line do not fit together".to_owned());
+                }
+            }
+        }
+        for &number in old.iter().rev() {
+            let place = at.old[number as usize] / 3;
+            self.free.push(place);
+            self.triangles[place as usize] = [NONE; 3];
+        }
+        Ok(())
+    }
+
+    /// Whether a triangle with these corners has its first side there.
+    fn is_at(&self, side: u32, corners: [VertexId; 3]) -> bool {
+        let place = self.triangles.get((side / 3) as usize);
+        place.is_some_and(|triangle| triangle[0] != NONE)
+            && [side, next_side(side), prev_side(side)].map(|side| self.from(side).id) == corners
     }
 
     /// Puts two triangles of the tile side by side: one by its first side, and the one across that has this apex.

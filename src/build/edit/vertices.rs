@@ -4,11 +4,11 @@
 //! and the vertex make those that take their place (Bowyer, Watson, both in The Computer Journal 24, 1981). With constraints too, the
 //! result is the triangulation of all vertices and constraints, whatever the order. A vertex on a constraint parts it.
 
-use foldhash::HashSet;
+use foldhash::{HashMap, HashSet};
 
 use super::EditError;
-use super::patch::Patch;
-use super::tile::{Incoming, NewVertex};
+use super::patch::{Beside, New, Old, Patch};
+use super::tile::NewVertex;
 use super::tiles::{Pin, Tiles};
 use crate::build::BuildOptions;
 use crate::geometry::{MortonSquare, Orientation, Point, Rect, in_circle, orient2d};
@@ -90,19 +90,77 @@ fn locate(tiles: &Tiles, from: VertexId, to: Point) -> Result<Option<(Pin, u32)>
 struct Adding {
     cavity: Patch,
     seen: HashSet<[VertexId; 3]>,
-    /// Edges around the cavity, which lies on their left, with the bits of a side.
-    around: Vec<([Vertex; 2], u8)>,
+    /// Edges around the cavity, which lies on their left.
+    around: Vec<Around>,
+    /// The ends of the hull edge that the vertex lies on, if there is one.
+    on_hull: Option<[u32; 2]>,
 }
+
+/// An edge around a cavity, by numbers of the patch: its ends, the bits of a side, and the old side.
+#[derive(Clone, Copy)]
+struct Around {
+    ends: [u32; 2],
+    bits: u8,
+    side: u32,
+}
+
+/// An edge that a vertex lies on: its ends, and the bits of a side.
+type Parted = ([Vertex; 2], u8);
 
 impl Adding {
     /// Puts a vertex into the closed triangle of a side.
-    fn add(&mut self, tiles: &mut Tiles, vertex: Vertex, (tile, side): (Pin, u32)) -> Result<(), EditError> {
+    fn add(&mut self, tiles: &mut Tiles, vertex: Vertex, start: (Pin, u32)) -> Result<(), EditError> {
+        let parted = self.dig(tiles, vertex.point, start)?;
+        let on_constraint = parted.filter(|(_, bits)| bits & 1 == 1);
+        let Self {
+            cavity,
+            around,
+            on_hull,
+            ..
+        } = self;
+        let (middle, _) = cavity.number(vertex);
+        // The triangles that start with a vertex, and those that go on to it.
+        let leaving: HashMap<u32, u32> = around.iter().map(|edge| edge.ends[0]).zip(0..).collect();
+        let arriving: HashMap<u32, u32> = around.iter().map(|edge| edge.ends[1]).zip(0..).collect();
+        for &Around { ends, bits, side } in &*around {
+            let [from, to] = ends;
+            let [from_point, to_point] = ends.map(|end| cavity.vertices[end as usize].point);
+            let [before, after] = [arriving.get(&from), leaving.get(&to)];
+            let is_sound = orient2d(from_point, to_point, vertex.point) == Orientation::CounterClockwise
+                && leaving.len() == around.len()
+                && (before.is_some() || on_hull.is_some_and(|[_, end]| end == from))
+                && (after.is_some() || on_hull.is_some_and(|[end, _]| end == to));
+            if !is_sound {
+                let reason = "triangles around a new vertex do not fit together";
+                return Err(tiles.damaged(vertex.id.tile, reason));
+            }
+            let bits_to = |end: u32, side: u8| match on_constraint {
+                Some((ends, bits)) if ends.iter().any(|parted| parted.id == cavity.vertices[end as usize].id) => {
+                    bits << side
+                }
+                _ => 0,
+            };
+            let beside = |next: Option<&u32>, side: u32| next.map_or(Beside::Hull, |next| Beside::New(3 * next + side));
+            cavity.new.push(New {
+                corners: [from, to, middle],
+                bits: bits | bits_to(to, 1) | bits_to(from, 2),
+                across: [Beside::Old(side), beside(after, 2), beside(before, 1)],
+            });
+        }
+        cavity.exchange(tiles)?;
+        if let Some((ends, _)) = on_constraint {
+            part_sources(tiles, ends, vertex)?;
+        }
+        Ok(())
+    }
+
+    /// Finds the cavity of a point, from the closed triangle of a side that it lies in; and the edge that it lies on, if there is one.
+    fn dig(&mut self, tiles: &Tiles, point: Point, (tile, side): (Pin, u32)) -> Result<Option<Parted>, EditError> {
         self.cavity.clear();
         self.seen.clear();
         self.around.clear();
-        // The edge that the vertex lies on, if there is one, and whether that is a constraint.
-        let mut parted: Option<([Vertex; 2], u8)> = None;
-        let mut on_hull = Vec::new();
+        self.on_hull = None;
+        let mut parted: Option<Parted> = None;
         let start = tile.triangle(side).0.map(|corner| corner.id);
         self.seen.insert(turned(start));
         let mut open = vec![start];
@@ -113,24 +171,29 @@ impl Adding {
                 return Err(tiles.damaged(ids[0].tile, "a triangle is missing that another tile has"));
             };
             let (corners, bits) = tile.triangle(first);
-            self.cavity.push((corners, bits));
+            let numbers = corners.map(|corner| self.cavity.number(corner).0);
+            let old = 3 * self.cavity.old.len() as u32;
+            self.cavity.old.push(Old::new(numbers, bits, (tile.id, first)));
             for (s, side) in [first, next_side(first), prev_side(first)].into_iter().enumerate() {
                 let ends = [corners[s], corners[(s + 1) % 3]];
-                let of_side = bits >> s & (1 | 1 << WALLS);
-                let is_parted = orient2d(ends[0].point, ends[1].point, vertex.point) == Orientation::Collinear;
+                let bits = bits >> s & (1 | 1 << WALLS);
+                let around = Around {
+                    ends: [numbers[s], numbers[(s + 1) % 3]],
+                    bits,
+                    side: old + s as u32,
+                };
+                let is_parted = orient2d(ends[0].point, ends[1].point, point) == Orientation::Collinear;
                 if is_parted {
-                    parted = Some((ends, of_side));
-                } else if of_side & 1 == 1 {
-                    self.around.push((ends, of_side));
+                    parted = Some((ends, bits));
+                } else if bits & 1 == 1 {
+                    self.around.push(around);
                     continue;
                 }
                 let tile = tiles.get(ids[0].tile)?;
                 let Some((there, other)) = tiles.over(tile, side)? else {
-                    if is_parted {
-                        let [from, to] = ends.map(|end| end.id);
-                        on_hull.extend([[from, vertex.id], [vertex.id, to]]);
-                    } else {
-                        self.around.push((ends, of_side));
+                    match is_parted {
+                        true => self.on_hull = Some(around.ends),
+                        false => self.around.push(around),
                     }
                     continue;
                 };
@@ -140,36 +203,15 @@ impl Adding {
                 if self.seen.contains(&turned(ids)) {
                     continue;
                 }
-                if is_parted || in_circle(a, b, c, vertex.point) {
+                if is_parted || in_circle(a, b, c, point) {
                     self.seen.insert(turned(ids));
                     open.push(ids);
                 } else {
-                    self.around.push((ends, of_side));
+                    self.around.push(around);
                 }
             }
         }
-        let on_constraint = parted.filter(|(_, bits)| bits & 1 == 1);
-        let bits_to = |end: Vertex, side: u8| match on_constraint {
-            Some((ends, bits)) if ends.iter().any(|parted| parted.id == end.id) => bits << side,
-            _ => 0,
-        };
-        let new = self.around.iter().map(|&([from, to], bits)| {
-            let corners = [from, to, vertex];
-            (corners, bits | bits_to(to, 1) | bits_to(from, 2))
-        });
-        let new: Vec<Incoming> = new.collect();
-        let is_sound = |(corners, _): &Incoming| {
-            let [a, b, c] = corners.map(|corner| corner.point);
-            orient2d(a, b, c) == Orientation::CounterClockwise
-        };
-        if !new.iter().all(is_sound) {
-            return Err(tiles.damaged(vertex.id.tile, "triangles around a new vertex do not fit together"));
-        }
-        self.cavity.exchange(tiles, &new, &on_hull)?;
-        if let Some((ends, _)) = on_constraint {
-            part_sources(tiles, ends, vertex)?;
-        }
-        Ok(())
+        Ok(parted)
     }
 }
 
