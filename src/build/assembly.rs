@@ -37,7 +37,7 @@ use super::work_folder::WorkFolder;
 use super::{BuildError, BuildOptions, BuildSummary, Description, GENERATION, TileState, peak_memory};
 use crate::geometry::{Point, Rect};
 use crate::input::SiteId;
-use crate::io::{Buffers, ThreadsFile};
+use crate::io::{Buffers, ThreadsFile, WriteAt};
 use crate::store::{CompactError, Directory, Extent, KdTree, Metadata, OpenOptions, TileEntry, TileReader, hull_edges};
 
 /// A file is written anew if more than one of so many parts of it was, for segments that were put off.
@@ -286,8 +286,8 @@ impl Assembly {
         let [log_read, log_written] = conquest.log.lock().traffic();
         let core_bytes = bytes(&cores[first_tile as usize..]) + output.journal_bytes() + log_written;
         let border_bytes = bytes(borders);
-        let (mut file_bytes, finish_bytes) = output.finish(&directory).await?;
         let deferred = conquest.deferral.take();
+        let (mut file_bytes, finish_bytes) = output.finish(&directory, !deferred.is_empty()).await?;
         let border_triangles = conquest.log.lock().triangle_count();
         let starved = conquest.board.starved();
         drop(stop);
@@ -438,6 +438,8 @@ impl Assembly {
             z: Vec::new(),
             lines: Vec::new(),
             may_be_inverted: true,
+            is_draft: true,
+            threads: self.options.threads,
         };
         let mut edited = edit(Target::lock(path)?, work, memory, is_cancelled).await?;
         if edited.bytes_appended > edited.file_bytes / UNUSED_SHARE {
@@ -448,6 +450,11 @@ impl Assembly {
                 CompactError::Read(error) => EditError::Read(error).into(),
                 CompactError::Io { what, source, .. } => BuildError::io(path, what, source),
             })?;
+        } else {
+            let file = File::options().write(true).open(path);
+            let file = file.map_err(|error| BuildError::io(path, "open", error))?;
+            let synced = ThreadsFile::from(Arc::new(file)).sync().await;
+            synced.map_err(|error| BuildError::io(path, "sync", error))?;
         }
         Ok(edited)
     }

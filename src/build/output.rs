@@ -212,10 +212,11 @@ impl Output {
         self.journal_bytes
     }
 
-    /// Completes the file. Returns its length, and how many bytes that added.
-    pub(super) async fn finish(self, directory: &Directory) -> Result<(u64, u64), BuildError> {
+    /// Completes the file, which may be a draft that is changed yet and need not be on the medium. Returns its length, and how many bytes
+    /// that added.
+    pub(super) async fn finish(self, directory: &Directory, is_draft: bool) -> Result<(u64, u64), BuildError> {
         let before = self.writer.length();
-        let finished = self.writer.finish(directory).await;
+        let finished = self.writer.draft(is_draft).finish(directory).await;
         let length = finished.map_err(|error| BuildError::io(&self.path, "finish", error))?;
         Ok((length, length - before))
     }

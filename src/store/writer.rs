@@ -18,6 +18,7 @@ pub(crate) struct TileWriter<W> {
     /// Bytes that are not written yet, and where they go.
     pending: BytesMut,
     written: u64,
+    is_draft: bool,
 }
 
 impl<W: WriteAt> TileWriter<W> {
@@ -32,6 +33,21 @@ impl<W: WriteAt> TileWriter<W> {
             file,
             pending: BytesMut::new(),
             written: length,
+            is_draft: false,
+        }
+    }
+
+    /// Whether the file is a draft that nobody relies on: then it is not made sure that it is on the medium.
+    #[must_use]
+    pub(crate) fn draft(mut self, is_draft: bool) -> Self {
+        self.is_draft = is_draft;
+        self
+    }
+
+    async fn sync(&self) -> io::Result<()> {
+        match self.is_draft {
+            true => Ok(()),
+            false => self.file.sync().await,
         }
     }
 
@@ -115,7 +131,7 @@ impl<W: WriteAt> TileWriter<W> {
         let superblock = self.write_directory(directory, generation).await?;
         let block = superblock.encode();
         self.file.write_at(0, [&block[..], &block[..]].concat().into()).await?;
-        self.file.sync().await?;
+        self.sync().await?;
         Ok(superblock.file_length)
     }
 
@@ -129,7 +145,7 @@ impl<W: WriteAt> TileWriter<W> {
         self.file
             .write_at(before.other_place(), superblock.encode().into())
             .await?;
-        self.file.sync().await?;
+        self.sync().await?;
         Ok(superblock.file_length)
     }
 
@@ -145,7 +161,7 @@ impl<W: WriteAt> TileWriter<W> {
         self.pending.resize(self.pending.len() + padding, 0);
         self.pending.extend_from_slice(&bytes);
         self.flush().await?;
-        self.file.sync().await?;
+        self.sync().await?;
         Ok(Superblock {
             file_id: FileId::of(&bytes),
             generation,

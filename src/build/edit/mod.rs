@@ -22,6 +22,7 @@ mod tiles;
 mod vertices;
 
 use std::io;
+use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -41,7 +42,7 @@ use regions::{Joining, Labels, Parts};
 use strip::{Inserting, Piece};
 use tile::{EditTile, NewVertex};
 pub(super) use tiles::Target;
-use tiles::Tiles;
+use tiles::{PartedTile, Tiles};
 
 /// Why a file could not be edited. It is as it was.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -267,6 +268,8 @@ impl Editor {
             z,
             lines,
             may_be_inverted: false,
+            is_draft: false,
+            threads: thread::available_parallelism().map_or(1, NonZero::get),
         };
         edit(target, work, memory, || false).await
     }
@@ -282,7 +285,14 @@ pub(super) struct Work {
     pub(super) lines: Vec<LineSource>,
     /// Whether regions may be inside out. If they may not and are, the file stays as it was.
     pub(super) may_be_inverted: bool,
+    /// Whether nobody relies on the file yet, so that it need not be on the medium when this is done.
+    pub(super) is_draft: bool,
+    /// Threads that put tiles together, if the memory lets them.
+    pub(super) threads: usize,
 }
+
+/// Bytes of memory for each thread that puts tiles together, at least.
+const MEMORY_OF_THREAD: u64 = 256 << 20;
 
 /// Makes segments constraints of a file, on a thread of its own.
 pub(super) async fn edit(
@@ -323,7 +333,8 @@ fn edit_here(
     runtime: Handle,
 ) -> Result<EditSummary, EditError> {
     let began = Instant::now();
-    let mut tiles = Tiles::open(target, memory / 8 * 5, runtime)?;
+    let threads = work.threads.min((memory / MEMORY_OF_THREAD) as usize).max(1);
+    let mut tiles = Tiles::open(target, memory / 8 * 5, threads, work.is_draft, runtime)?;
     let Work { segments, lines, .. } = work;
     let (ends, vertices) = find_ends(&mut tiles, work, is_stopped)?;
     let mut inserting = Inserting::default();
@@ -399,10 +410,12 @@ fn find_ends(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> R
     ends.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| a.1.lex_cmp(b.1)).then_with(|| a.2.cmp(&b.2)));
     let mut found: Vec<Option<Vertex>> = vec![None; ends.len()];
     let mut added = 0;
-    for group in ends.chunk_by(|a, b| a.0 == b.0) {
+    let mut groups = ends.chunk_by(|a, b| a.0 == b.0);
+    while let Some(group) = groups.next() {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
+        tiles.read_ahead(groups.clone().map(|group| group[0].0));
         let id = group[0].0;
         let numbers_in = |tile: &EditTile| -> Vec<Option<u32>> {
             let index = VertexIndex::new(tile.points());
@@ -468,18 +481,12 @@ fn pieces(segments: &[Segment], ends: &[Vertex]) -> Vec<Piece> {
 fn join(tiles: &mut Tiles, memory: u64, is_stopped: &dyn Fn() -> bool) -> Result<(Labels, u64), EditError> {
     let metadata = tiles.directory().metadata.clone();
     let mut joining = Joining::new(&metadata);
-    for id in (0..tiles.is_changed.len() as u32).map(TileId) {
+    let mut parted = tiles.parted();
+    while let Some(PartedTile { tile, parts, before }) = parted.next()? {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
-        if tiles.is_changed[id.0 as usize] {
-            let tile = tiles.get(id)?;
-            joining.take(&tile, &Parts::of(&tile), None)?;
-        } else {
-            let before = tiles.read(id)?;
-            let tile = EditTile::of(&before);
-            joining.take(&tile, &Parts::of(&tile), Some(&before))?;
-        }
+        joining.take(&tile, &parts, before.as_ref())?;
         if joining.byte_size() > memory / 4 {
             return Err(EditError::Memory {
                 needed: 4 * joining.byte_size(),
@@ -504,6 +511,10 @@ fn label(
     for id in (0..tiles.is_changed.len() as u32).map(TileId) {
         if is_stopped() {
             return Err(EditError::Cancelled);
+        }
+        if let Some(known) = tiles.in_holes(id).filter(|_| !any_inverted) {
+            in_holes += u64::from(known);
+            continue;
         }
         let mut tile = tiles.read(id)?;
         if !tiles.is_changed[id.0 as usize] {

@@ -3,6 +3,7 @@
 //!
 //! What is there is never overwritten: until the superblock says otherwise, the file is what it was.
 
+use std::collections::VecDeque;
 use std::fs::{File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -15,6 +16,7 @@ use foldhash::{HashMap, HashMapExt};
 use futures::future::FutureExt;
 use tokio::runtime::Handle;
 use tokio::sync::{Mutex, oneshot};
+use tokio::task::JoinHandle;
 
 use super::EditError;
 use super::regions::{Labels, Parts};
@@ -49,6 +51,8 @@ struct Disk {
     labels: OnceLock<Labels>,
     buffers: Buffers,
     desk: Desk,
+    /// Several tiles may be put together at a time, but are written in the order in which that began.
+    turn: Turn,
     reads: AtomicU64,
 }
 
@@ -59,6 +63,8 @@ struct Written {
     free: Vec<(u64, u32)>,
     /// Bytes of the places that were used again, for less.
     reused: HashMap<u64, u32>,
+    /// How many triangles of each tile are in holes, of those that were written with labels.
+    in_holes: HashMap<TileId, u32>,
 }
 
 impl Written {
@@ -140,8 +146,15 @@ impl From<ReadError> for EditError {
 }
 
 impl Tiles {
-    /// Opens a file to edit it; tiles in memory take up to `capacity` bytes.
-    pub(super) fn open(target: Target, capacity: u64, runtime: Handle) -> Result<Self, EditError> {
+    /// Opens a file to edit it; tiles in memory take up to `capacity` bytes, and so many threads put them together. A file that is a
+    /// `draft` is not made sure to be on the medium.
+    pub(super) fn open(
+        target: Target,
+        capacity: u64,
+        threads: usize,
+        is_draft: bool,
+        runtime: Handle,
+    ) -> Result<Self, EditError> {
         let reader = runtime.block_on(target.read())?;
         let Target { path, file } = target;
         let generation = u32::try_from(reader.generation() + 1);
@@ -149,14 +162,16 @@ impl Tiles {
         let disk = Arc::new(Disk {
             generation: generation.map_err(|_| EditError::Internal("the file was edited too often".to_owned()))?,
             state: Mutex::new(Written {
-                writer: TileWriter::behind(file.clone(), reader.file_length()),
+                writer: TileWriter::behind(file.clone(), reader.file_length()).draft(is_draft),
                 entries,
                 free: Vec::new(),
                 reused: HashMap::new(),
+                in_holes: HashMap::new(),
             }),
+            turn: Turn::default(),
             labels: OnceLock::new(),
             buffers: Buffers::default(),
-            desk: Desk::new().map_err(|error| cannot(&path, "start a thread to edit", error))?,
+            desk: Desk::new(threads).map_err(|error| cannot(&path, "start a thread to edit", error))?,
             path,
             reads: AtomicU64::new(0),
             file,
@@ -212,6 +227,33 @@ impl Tiles {
         }
     }
 
+    /// Begins to read tiles that will be asked for next, as many as are put together at a time.
+    pub(super) fn read_ahead(&self, ids: impl Iterator<Item = TileId>) {
+        // One thread has enough to do with the one that is waited for.
+        let ids = ids.take(self.disk.desk.threads.saturating_sub(1));
+        for id in ids {
+            let (reader, disk) = (self.cache.reader(), Arc::clone(&self.disk));
+            // If it fails, whoever asks for the tile tries again, and has the error.
+            let read = async move { drop(reader.read(id, || disk.load(id)).await) };
+            self.runtime.spawn(read);
+        }
+    }
+
+    /// All tiles in order, with their parts, which are found as many at a time as are put together.
+    pub(super) fn parted(&self) -> PartedTiles<'_> {
+        PartedTiles {
+            tiles: self,
+            next: 0,
+            coming: VecDeque::new(),
+        }
+    }
+
+    /// How many triangles of a tile are in holes, if it was written with labels.
+    pub(super) fn in_holes(&self, id: TileId) -> Option<u32> {
+        let state = self.runtime.block_on(self.disk.state.lock());
+        state.in_holes.get(&id).copied()
+    }
+
     /// A tile to change, one at a time.
     pub(super) fn change(&mut self, id: TileId) -> Result<EditLease<'_, TileId, EditTile, EditError>, EditError> {
         if let Some(is_changed) = self.is_changed.get_mut(id.0 as usize) {
@@ -235,7 +277,7 @@ impl Tiles {
         for id in changed {
             self.change(id)?.touch();
         }
-        self.runtime.block_on(self.cache.flush())?;
+        self.runtime.block_on(self.cache.flush(self.disk.desk.threads))?;
         match self.disk.labels.get() {
             Some(labels) => Ok(labels),
             None => Err(EditError::Internal("there are no labels".to_owned())),
@@ -304,6 +346,7 @@ impl Disk {
     }
 
     async fn write(self: Arc<Self>, id: TileId, tile: Arc<EditTile>) -> Result<(), EditError> {
+        let turn = self.turn.take();
         let this = Arc::clone(&self);
         let (counts, core, border) = self
             .desk
@@ -320,6 +363,7 @@ impl Disk {
                 (drafts.counts(), core, border)
             })
             .await?;
+        let _done = turn.wait().await;
         let mut state = self.state.lock().await;
         let before = state.entries[id.0 as usize];
         if before.generation == self.generation {
@@ -332,28 +376,122 @@ impl Disk {
             Ok((core, state.put(&border, false).await?))
         };
         let (core, border) = written.await.map_err(|error| self.cannot("write", error))?;
+        if self.labels.get().is_some() {
+            state.in_holes.insert(id, counts.in_holes);
+        }
         let entry = counts.entry(&before, self.generation);
         state.entries[id.0 as usize] = TileEntry { core, border, ..entry };
         Ok(())
     }
 }
 
-/// A thread for what takes a while, beside the runtime's workers: one, so that the allocator keeps what goes for what comes next, and not
+/// A tile and its parts; and what it was, if it is not changed.
+pub(super) struct PartedTile {
+    pub(super) tile: Arc<EditTile>,
+    pub(super) parts: Parts,
+    pub(super) before: Option<Tile>,
+}
+
+/// All tiles of a file, in order.
+pub(super) struct PartedTiles<'a> {
+    tiles: &'a Tiles,
+    next: u32,
+    coming: VecDeque<JoinHandle<Result<PartedTile, EditError>>>,
+}
+
+impl PartedTiles<'_> {
+    pub(super) fn next(&mut self) -> Result<Option<PartedTile>, EditError> {
+        let Tiles {
+            runtime,
+            cache,
+            disk,
+            is_changed,
+        } = self.tiles;
+        while self.coming.len() < disk.desk.threads
+            && let Some(&is_changed) = is_changed.get(self.next as usize)
+        {
+            let id = TileId(self.next);
+            let (reader, disk) = (cache.reader(), Arc::clone(disk));
+            self.next += 1;
+            self.coming.push_back(runtime.spawn(async move {
+                let parted = |tile: Arc<EditTile>, before| {
+                    let parts = Parts::of(&tile);
+                    PartedTile { tile, parts, before }
+                };
+                if is_changed {
+                    let tile = reader.read(id, || Arc::clone(&disk).load(id)).await?;
+                    let tile = Arc::clone(&tile);
+                    disk.desk.computed(move || parted(tile, None)).await
+                } else {
+                    let before = disk.read(id).await?;
+                    let part = move || parted(Arc::new(EditTile::of(&before)), Some(before));
+                    disk.desk.computed(part).await
+                }
+            }));
+        }
+        let Some(coming) = self.coming.pop_front() else {
+            return Ok(None);
+        };
+        let gone = |_| EditError::Internal("a task that reads tiles is gone".to_owned());
+        runtime.block_on(coming).map_err(gone)?.map(Some)
+    }
+}
+
+/// Whose turn it is to write.
+#[derive(Default)]
+struct Turn(parking_lot::Mutex<Option<oneshot::Receiver<()>>>);
+
+/// A place in the order: when the one before is done.
+struct Place {
+    before: Option<oneshot::Receiver<()>>,
+    done: oneshot::Sender<()>,
+}
+
+impl Turn {
+    fn take(&self) -> Place {
+        let (done, after) = oneshot::channel();
+        let before = self.0.lock().replace(after);
+        Place { before, done }
+    }
+}
+
+impl Place {
+    /// Waits for the ones before. It is the next one's turn when the answer is dropped.
+    async fn wait(self) -> oneshot::Sender<()> {
+        if let Some(before) = self.before {
+            // Whether it was done or given up, its turn is over.
+            let _ = before.await;
+        }
+        self.done
+    }
+}
+
+type Job = Box<dyn FnOnce() + Send>;
+
+/// Threads for what takes a while, beside the runtime's workers: few, so that the allocator keeps what goes for what comes next, and not
 /// some for each of many threads.
-struct Desk(mpsc::Sender<Box<dyn FnOnce() + Send>>);
+struct Desk {
+    jobs: mpsc::Sender<Job>,
+    threads: usize,
+}
 
 impl Desk {
-    fn new() -> io::Result<Self> {
-        let (sender, work) = mpsc::channel::<Box<dyn FnOnce() + Send>>();
-        let thread = thread::Builder::new().name("tile-edit-desk".to_owned());
-        thread.spawn(move || work.into_iter().for_each(|compute| compute()))?;
-        Ok(Self(sender))
+    fn new(threads: usize) -> io::Result<Self> {
+        let (jobs, work) = mpsc::channel::<Job>();
+        let work = Arc::new(parking_lot::Mutex::new(work));
+        for number in 0..threads {
+            let work = Arc::clone(&work);
+            let next = move || work.lock().recv().ok();
+            let thread = thread::Builder::new().name(format!("tile-edit-desk-{number}"));
+            thread.spawn(move || std::iter::from_fn(next).for_each(|job| job()))?;
+        }
+        Ok(Self { jobs, threads })
     }
 
     async fn computed<T: Send + 'static>(&self, compute: impl FnOnce() -> T + Send + 'static) -> Result<T, EditError> {
         let (reply, computed) = oneshot::channel();
         // If nobody waits for the answer any more, nobody needs it. If the thread is gone, there is none.
-        let _ = self.0.send(Box::new(move || drop(reply.send(compute()))));
+        let _ = self.jobs.send(Box::new(move || drop(reply.send(compute()))));
         computed
             .await
             .map_err(|_| EditError::Internal("a tile could not be put together".to_owned()))

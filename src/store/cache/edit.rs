@@ -17,6 +17,7 @@ use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
 use futures::future::BoxFuture;
+use futures::stream::{self, StreamExt, TryStreamExt};
 
 use super::shelf::{Failure, Key, Pin, Pinned, Shelf, Telling, Value, Work};
 use super::statistics::CacheStatistics;
@@ -107,7 +108,6 @@ impl<K: Key, V: Value + Clone, E: Failure> EditCache<K, V, E> {
     }
 
     /// For others to read by.
-    #[cfg(test)]
     pub(crate) fn reader(&self) -> EditReader<K, V, E> {
         self.reader.clone()
     }
@@ -146,25 +146,26 @@ impl<K: Key, V: Value + Clone, E: Failure> EditCache<K, V, E> {
         }
     }
 
-    /// Writes all that is dirty, by number; it stays in the cache. No [`Edit`] can be alive meanwhile.
+    /// Writes all that is dirty, by number, so many at a time; it stays in the cache. No [`Edit`] can be alive meanwhile.
     ///
     /// # Errors
     /// The first of `write_back`; what has not been written then is still dirty.
-    pub(crate) async fn flush(&mut self) -> Result<(), E>
+    pub(crate) async fn flush(&mut self, at_once: usize) -> Result<(), E>
     where
         K: Ord,
     {
         let shelf = &self.reader.shelf;
         let mut keys = shelf.with(|inner| inner.state.unsaved());
         keys.sort_unstable();
-        for key in keys {
+        let reader = &self.reader;
+        let writes = keys.into_iter().map(|key| async move {
             // A write that others began: if it fails, they have its error, and we try it once more.
             if let Some(other) = shelf.with(|inner| inner.waiting(Work::Write, key)) {
                 drop(other.await);
             }
-            self.reader.write(key, false).await?;
-        }
-        Ok(())
+            reader.write(key, false).await
+        });
+        stream::iter(writes).buffered(at_once.max(1)).try_collect().await
     }
 
     /// What the cache has done so far.

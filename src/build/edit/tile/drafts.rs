@@ -13,8 +13,9 @@ use crate::store::{Across, BorderDraft, Component, CoreDraft, ELSEWHERE, HULL, T
 pub(in crate::build::edit) struct Drafts {
     pub(in crate::build::edit) core: CoreDraft,
     pub(in crate::build::edit) border: BorderDraft,
-    /// Triangles that belong to the tile.
+    /// Triangles that belong to the tile, and those of them that are in holes.
     owned: u32,
+    in_holes: u32,
     bounds: Rect,
 }
 
@@ -83,8 +84,14 @@ impl EditTile {
             constraints: bits(of_border),
             ..BorderDraft::default()
         };
+        let owned = order.iter().filter(|&&place| self.owns(place));
+        let is_in_hole = |place: u32| label.is_some_and(|label| label(place).is_hole);
+        let (owned, in_holes) = owned.fold((0, 0), |(owned, in_holes), &place| {
+            (owned + 1, in_holes + u32::from(is_in_hole(place)))
+        });
         let mut drafts = Drafts {
-            owned: order.iter().filter(|&&place| self.owns(place)).count() as u32,
+            owned,
+            in_holes,
             bounds: self.bounds(&order),
             core,
             border,
@@ -159,6 +166,7 @@ pub(in crate::build::edit) struct Counts {
     core_triangles: u32,
     border_triangles: u32,
     owned: u32,
+    pub(in crate::build::edit) in_holes: u32,
     bounds: Rect,
 }
 
@@ -169,6 +177,7 @@ impl Drafts {
             core_triangles: self.core.triangles.len() as u32,
             border_triangles: self.border.triangles.len() as u32,
             owned: self.owned,
+            in_holes: self.in_holes,
             bounds: self.bounds,
         }
     }

@@ -100,9 +100,9 @@ fn what_changed_is_written_when_there_is_no_room_and_what_did_not_is_not() {
                 .copied()
                 .eq(0..statistics.write_backs as u32)
         );
-        cache.flush().await.unwrap();
+        cache.flush(2).await.unwrap();
         assert!(disk.0.lock().writes.iter().copied().eq(0..20));
-        cache.flush().await.unwrap();
+        cache.flush(2).await.unwrap();
         assert_eq!(cache.statistics().write_backs, 20, "once each");
         // They come back as they were saved.
         for key in 0..20 {
@@ -152,7 +152,7 @@ fn while_it_is_written_a_value_is_readable_and_can_be_changed_again() {
             tokio::time::sleep(Duration::from_millis(1)).await;
         }
         assert_eq!(disk.version(1), 1);
-        cache.flush().await.unwrap();
+        cache.flush(2).await.unwrap();
         assert_eq!((disk.version(1), cache.statistics().write_backs), (2, 2));
     });
 }
@@ -171,7 +171,7 @@ fn what_cannot_be_written_stays_and_whoever_needed_the_room_is_told() {
             assert_eq!(change(&cache, &disk, 7).await, Err(Trouble::Disk(0)));
             assert_eq!(cache.statistics().bytes, 30, "what was loaded in vain has left");
         }
-        assert_eq!(cache.flush().await, Err(Trouble::Disk(0)));
+        assert_eq!(cache.flush(2).await, Err(Trouble::Disk(0)));
         disk.0.lock().fails = false;
         disk.0.lock().panics = true;
         assert_eq!(change(&cache, &disk, 7).await, Err(Trouble::Cancelled));
@@ -180,7 +180,7 @@ fn what_cannot_be_written_stays_and_whoever_needed_the_room_is_told() {
             assert_eq!(cache.edit(key, disk.load(key)).await.unwrap().version, 1);
         }
         assert_eq!(cache.statistics().write_backs, 0);
-        cache.flush().await.unwrap();
+        cache.flush(2).await.unwrap();
         assert!((0..3).all(|key| disk.version(key) == 1));
         assert!(cache.statistics().bytes <= 30 && cache.statistics().pinned_bytes == 0);
     });
@@ -200,7 +200,7 @@ fn a_write_that_dies_with_its_runtime_leaves_the_value_dirty() {
     drop(dying);
     assert_eq!((disk.version(1), cache.statistics().pinned_bytes), (0, 0));
     run(async {
-        cache.flush().await.unwrap();
+        cache.flush(2).await.unwrap();
         assert_eq!(disk.version(1), 1);
     });
 }
@@ -222,7 +222,7 @@ fn values_that_grow_make_room_with_the_next_request() {
         assert!(statistics.bytes <= 40, "{statistics}");
         assert_eq!(disk.0.lock().saved[&4].weight, 1000);
         assert_eq!(cache.edit(4, disk.load(4)).await.unwrap().weight, 1000);
-        cache.flush().await.unwrap();
+        cache.flush(2).await.unwrap();
         assert_eq!(disk.0.lock().saved.len(), 5);
     });
 }
