@@ -37,7 +37,7 @@ use super::work_folder::WorkFolder;
 use super::{BuildError, BuildOptions, BuildSummary, Description, GENERATION, TileState, peak_memory};
 use crate::geometry::{Point, Rect};
 use crate::input::SiteId;
-use crate::io::{Buffers, ThreadsFile, WriteAt};
+use crate::io::{Backend, Buffers, ThreadsFile, WriteAt};
 use crate::store::{CompactError, Directory, Extent, KdTree, Metadata, OpenOptions, TileEntry, TileReader, hull_edges};
 
 /// A file is written anew if more than one of so many parts of it was, for segments that were put off.
@@ -443,7 +443,11 @@ impl Assembly {
         };
         let mut edited = edit(Target::lock(path)?, work, memory, is_cancelled).await?;
         if edited.bytes_appended > edited.file_bytes / UNUSED_SHARE {
-            let reader = TileReader::open(path, OpenOptions::default().memory(self.options.memory)).await;
+            // What was just written is in the page cache, which a ring may read past.
+            let options = OpenOptions::default()
+                .memory(self.options.memory)
+                .backend(Backend::Threads);
+            let reader = TileReader::open(path, options).await;
             let reader = reader.map_err(EditError::Read)?;
             let compacted = reader.compact(path).await;
             edited.file_bytes = compacted.map_err(|error| match error {

@@ -8,9 +8,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bytes::Bytes;
+use futures::stream::{self, StreamExt, TryStreamExt};
 
 use super::{Extent, ReadError, TileEntry, TileId, TileReader, TileWriter};
 use crate::io::ThreadsFile;
+
+/// Extents that are read at a time.
+const AHEAD: usize = 2;
 
 /// Why a file could not be written anew. What was there is still there.
 #[derive(Debug, thiserror::Error)]
@@ -61,12 +65,17 @@ impl TileReader {
         let file = partial.as_file().try_clone().map_err(cannot("write"))?;
         let mut writer = TileWriter::new(ThreadsFile::from(Arc::new(file)));
         let mut directory = self.directory().clone();
-        for (entry, id) in directory.tiles.iter_mut().zip(0..) {
-            let core = self.extent(TileId(id), entry, entry.core).await?;
+        // The next ones are read while one is written.
+        let tiles = || self.directory().tiles.iter().zip((0..).map(TileId));
+        let mut cores = stream::iter(tiles().map(|(entry, id)| self.extent(id, entry, entry.core))).buffered(AHEAD);
+        for entry in &mut directory.tiles {
+            let Some(core) = cores.try_next().await? else { break };
             entry.core = writer.append_core(&core).await.map_err(cannot("write"))?;
         }
-        for (entry, id) in directory.tiles.iter_mut().zip(0..) {
-            let border = self.extent(TileId(id), entry, entry.border).await?;
+        let borders = tiles().map(|(entry, id)| self.extent(id, entry, entry.border));
+        let mut borders = stream::iter(borders).buffered(AHEAD);
+        for entry in &mut directory.tiles {
+            let Some(border) = borders.try_next().await? else { break };
             entry.border = writer.append_border(&border).await.map_err(cannot("write"))?;
         }
         let finished = writer.finish_as(&directory, self.generation()).await;

@@ -38,6 +38,8 @@ pub(super) struct EditTile {
     leaving: Vec<u32>,
     /// Those of each constraint edge that belongs to the tile, by its corners, the smaller first, as seen from that.
     sources: HashMap<[u32; 2], Vec<EdgeSource>>,
+    /// How many these are.
+    source_count: usize,
 }
 
 /// A vertex on its way into a tile.
@@ -92,6 +94,7 @@ impl EditTile {
             free: Vec::new(),
             leaving: (0..vertices).map(|v| tile.side_leaving(v).unwrap_or(NONE)).collect(),
             sources: HashMap::new(),
+            source_count: 0,
         };
         if tile.sites().any(|site| site.id.is_some()) {
             this.site_ids = tile
@@ -103,7 +106,9 @@ impl EditTile {
             let ends = [side, next_side(side)].map(|side| tile.origin(side));
             let (ends, is_turned) = in_order(ends);
             let seen = |source: EdgeSource| if is_turned { source.reversed() } else { source };
-            this.sources.insert(ends, tile.edge_sources(side).map(seen).collect());
+            let sources: Vec<EdgeSource> = tile.edge_sources(side).map(seen).collect();
+            this.source_count += sources.len();
+            this.sources.insert(ends, sources);
         }
         this
     }
@@ -111,12 +116,11 @@ impl EditTile {
     /// Bytes that it takes in memory, about.
     pub(super) fn byte_size(&self) -> usize {
         let per_vertex = size_of::<Point>() + 8 + 4 + if self.z.is_empty() { 0 } else { 8 };
-        let lists = self.sources.values().map(Vec::len).sum::<usize>();
         per_vertex * self.points.len()
             + 25 * self.triangles.len()
             + (size_of::<Vertex>() + 24) * self.foreign.len()
             + 48 * self.sources.len()
-            + 8 * lists
+            + 8 * self.source_count
             + 32 * self.sites.len()
     }
 
@@ -263,7 +267,9 @@ impl EditTile {
         let source = if is_turned { source.reversed() } else { source };
         let sources = self.sources.entry(ends).or_default();
         let there = sources.iter().filter(|other| **other == source).count();
-        sources.extend(std::iter::repeat_n(source, times.saturating_sub(there)));
+        let missing = times.saturating_sub(there);
+        sources.extend(std::iter::repeat_n(source, missing));
+        self.source_count += missing;
         sources.sort_unstable();
         Some(())
     }
@@ -307,7 +313,9 @@ impl EditTile {
     pub(super) fn take_sources(&mut self, ends: [VertexId; 2]) -> Option<Vec<EdgeSource>> {
         let [from, to] = ends.map(|id| self.corner(id));
         let (ends, is_turned) = in_order([from?, to?]);
-        let sources = self.sources.remove(&ends)?.into_iter();
+        let sources = self.sources.remove(&ends)?;
+        self.source_count -= sources.len();
+        let sources = sources.into_iter();
         Some(match is_turned {
             true => sources.map(EdgeSource::reversed).collect(),
             false => sources.collect(),
@@ -321,6 +329,7 @@ impl EditTile {
         let seen = |&source: &EdgeSource| if is_turned { source.reversed() } else { source };
         let all = self.sources.entry(ends).or_default();
         all.extend(sources.iter().map(seen));
+        self.source_count += sources.len();
         all.sort_unstable();
         Some(())
     }
@@ -430,9 +439,21 @@ impl EditTile {
 
     /// Whether a triangle with these corners has its first side there.
     fn is_at(&self, side: u32, corners: [VertexId; 3]) -> bool {
-        let place = self.triangles.get((side / 3) as usize);
-        place.is_some_and(|triangle| triangle[0] != NONE)
-            && [side, next_side(side), prev_side(side)].map(|side| self.from(side).id) == corners
+        let Some(triangle) = self
+            .triangles
+            .get((side / 3) as usize)
+            .filter(|triangle| triangle[0] != NONE)
+        else {
+            return false;
+        };
+        let own = self.points.len();
+        corners.iter().zip(side % 3..).all(|(&id, at)| {
+            let corner = triangle[(at % 3) as usize];
+            match (corner as usize).checked_sub(own) {
+                None => id.index == corner && id.tile == self.id,
+                Some(place) => self.foreign[place].id == id,
+            }
+        })
     }
 
     /// Puts two triangles of the tile side by side: one by its first side, and the one across that has this apex.
