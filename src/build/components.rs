@@ -8,7 +8,6 @@ use crate::mesh::NONE;
 use crate::store::{CoreDraft, EdgeSource};
 
 use super::leaf::OpenSide;
-use super::union::UnionFind;
 
 /// The components of a core, open ones first.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -121,29 +120,31 @@ pub(super) fn of_core(core: &CoreDraft) -> Vec<u32> {
 
 /// Numbers the components in the order of their first triangles. Returns that of each triangle, and how many there are.
 ///
-/// Neighbours stand close together in a core, so joining each triangle with those before it keeps to the processor's cache.
+/// From each triangle that none has reached yet, all are reached that are connected with it.
 fn joined(core: &CoreDraft) -> (Vec<u32>, u32) {
-    let mut sets = UnionFind::new(core.triangles.len() as u32);
-    let bits = |triangle: u32| core.constraints.get(triangle as usize).copied().unwrap_or(0);
-    for (neighbours, triangle) in core.neighbours.iter().zip(0u32..) {
-        let bits = bits(triangle);
-        for (s, &twin) in neighbours.iter().enumerate() {
-            if twin != NONE && twin / 3 < triangle && bits >> s & 1 == 0 {
-                sets.union(triangle, twin / 3);
+    let mut of_triangles: Vec<u32> = vec![NONE; core.triangles.len()];
+    let mut reached: Vec<u32> = Vec::new();
+    let mut components = 0;
+    for first in 0..core.triangles.len() {
+        if of_triangles[first] != NONE {
+            continue;
+        }
+        of_triangles[first] = components;
+        reached.push(first as u32);
+        while let Some(triangle) = reached.pop() {
+            let bits = core.constraints.get(triangle as usize).copied().unwrap_or(0);
+            for (s, &twin) in core.neighbours[triangle as usize].iter().enumerate() {
+                if twin == NONE || bits >> s & 1 == 1 {
+                    continue;
+                }
+                let of_other = &mut of_triangles[(twin / 3) as usize];
+                if *of_other == NONE {
+                    *of_other = components;
+                    reached.push(twin / 3);
+                }
             }
         }
-    }
-    // The first triangle of a component stands for it.
-    let mut components = 0;
-    let mut of_triangles: Vec<u32> = Vec::with_capacity(core.triangles.len());
-    for triangle in 0..core.triangles.len() as u32 {
-        let first = sets.find(triangle);
-        of_triangles.push(if first == triangle {
-            components += 1;
-            components - 1
-        } else {
-            of_triangles[first as usize]
-        });
+        components += 1;
     }
     (of_triangles, components)
 }

@@ -264,9 +264,9 @@ impl Inserter {
         from: u32,
         to: Point,
     ) -> Result<Step, [u32; 2]> {
-        let mut search = Around::new(mesh, from);
-        while let Some(side) = search.next(mesh) {
-            if let Some(start) = leaves_by(points, mesh, side, to) {
+        let mut search = Search::new(mesh, from, to);
+        while let Some(found) = search.next(points, mesh) {
+            if let Some(start) = found {
                 return self.follow(points, mesh, start, to);
             }
         }
@@ -470,13 +470,24 @@ fn pass(mesh: &Constrained, gate: u32) -> Result<u32, [u32; 2]> {
 /// Finds how the line between two vertices leaves one of them, and which. Both are searched in turns, so that it takes as
 /// long as the one with fewer edges. None: no triangle at either is on it.
 fn begin(points: &[Point], mesh: &Constrained, ends: [u32; 2]) -> Option<(usize, Start)> {
+    // Most pieces are edges already, which takes no predicate.
     let mut searches = ends.map(|vertex| Around::new(mesh, vertex));
-    while searches.iter().any(|search| search.next != NONE) {
+    while searches.iter().all(|search| search.next != NONE) {
         for which in [0, 1] {
-            let found = searches[which]
-                .next(mesh)
-                .and_then(|side| leaves_by(points, mesh, side, points[ends[1 - which] as usize]));
-            if let Some(start) = found {
+            let Some(side) = searches[which].next(mesh) else {
+                continue;
+            };
+            for (edge, vertex) in [(side, next_side(side)), (prev_side(side), prev_side(side))] {
+                if mesh.mesh.origin(vertex) == ends[1 - which] {
+                    return Some((which, Start::Edge(edge, ends[1 - which])));
+                }
+            }
+        }
+    }
+    let mut searches = [0, 1].map(|which| Search::new(mesh, ends[which], points[ends[1 - which] as usize]));
+    while searches.iter().any(|search| search.around.next != NONE) {
+        for (which, search) in searches.iter_mut().enumerate() {
+            if let Some(Some(start)) = search.next(points, mesh) {
                 return Some((which, start));
             }
         }
@@ -484,17 +495,42 @@ fn begin(points: &[Point], mesh: &Constrained, ends: [u32; 2]) -> Option<(usize,
     None
 }
 
-/// How the line from the origin of a side to another place leaves it, if by the side's triangle.
-fn leaves_by(points: &[Point], mesh: &Constrained, side: u32, to: Point) -> Option<Start> {
-    let topology = &mesh.mesh;
-    let corners = [side, next_side(side), prev_side(side)].map(|side| topology.origin(side));
-    let [from, right, left] = corners.map(|vertex| points[vertex as usize]);
-    let is_ahead = |p: Point| p.lex_cmp(from) == to.lex_cmp(from);
-    match (orient2d(from, right, to), orient2d(from, left, to)) {
-        (Orientation::Collinear, _) if is_ahead(right) => Some(Start::Edge(side, corners[1])),
-        (_, Orientation::Collinear) if is_ahead(left) => Some(Start::Edge(prev_side(side), corners[2])),
-        (Orientation::CounterClockwise, Orientation::Clockwise) => Some(Start::Triangle(side)),
-        _ => None,
+/// Looks around a vertex for the way that a line to another place leaves it by.
+struct Search {
+    around: Around,
+    to: Point,
+    /// The side that would come next if nothing is missing, and where the place lies from its right edge.
+    known: (u32, Orientation),
+}
+
+impl Search {
+    fn new(mesh: &Constrained, vertex: u32, to: Point) -> Self {
+        Self {
+            around: Around::new(mesh, vertex),
+            to,
+            known: (NONE, Orientation::Collinear),
+        }
+    }
+
+    /// How the line leaves the vertex, if by the triangle of the next side; nothing if there is no other side.
+    fn next(&mut self, points: &[Point], mesh: &Constrained) -> Option<Option<Start>> {
+        let side = self.around.next(mesh)?;
+        let topology = &mesh.mesh;
+        let corners = [side, next_side(side), prev_side(side)].map(|side| topology.origin(side));
+        let [from, right, left] = corners.map(|vertex| points[vertex as usize]);
+        let is_ahead = |p: Point| p.lex_cmp(from) == self.to.lex_cmp(from);
+        let on_right = match self.known {
+            (next, turn) if next == side => turn,
+            _ => orient2d(from, right, self.to),
+        };
+        let on_left = orient2d(from, left, self.to);
+        self.known = (topology.twin(prev_side(side)), on_left);
+        Some(match (on_right, on_left) {
+            (Orientation::Collinear, _) if is_ahead(right) => Some(Start::Edge(side, corners[1])),
+            (_, Orientation::Collinear) if is_ahead(left) => Some(Start::Edge(prev_side(side), corners[2])),
+            (Orientation::CounterClockwise, Orientation::Clockwise) => Some(Start::Triangle(side)),
+            _ => None,
+        })
     }
 }
 

@@ -193,7 +193,7 @@ fn a_write_that_dies_with_its_runtime_leaves_the_value_dirty() {
     let dying = Builder::new_current_thread().enable_all().build().unwrap();
     dying.block_on(async {
         change(&cache, &disk, 1).await.unwrap();
-        assert!(cache.flush().now_or_never().is_none());
+        assert!(cache.flush(1).now_or_never().is_none());
         tokio::task::yield_now().await;
     });
     assert_eq!(cache.statistics().pinned_bytes, 10);
