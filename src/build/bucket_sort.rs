@@ -8,6 +8,12 @@ pub(super) fn bucket_sort<T: Copy, K: Ord>(
     key: impl Fn(&T) -> K + Copy,
 ) -> Vec<T> {
     let Some(&first) = items.first() else { return Vec::new() };
+    if items.len() < buckets / 8 {
+        // Passing over the buckets would take longer than sorting.
+        let mut sorted = items.to_vec();
+        sorted.sort_unstable_by_key(|item| (bucket(item), key(item)));
+        return sorted;
+    }
     let mut ends = vec![0u32; buckets];
     for item in items {
         ends[bucket(item) as usize] += 1;

@@ -122,29 +122,35 @@ pub(super) fn of_core(core: &CoreDraft) -> Vec<u32> {
 ///
 /// From each triangle that none has reached yet, all are reached that are connected with it.
 fn joined(core: &CoreDraft) -> (Vec<u32>, u32) {
-    let mut of_triangles: Vec<u32> = vec![NONE; core.triangles.len()];
-    let mut reached: Vec<u32> = Vec::new();
+    let count = core.triangles.len();
+    // Whether a neighbour is new nobody can foretell, so nothing branches there: each is written down, and stays if it is. What lies across
+    // the end of the core counts as a triangle that was reached before.
+    let mut of_triangles: Vec<u32> = vec![NONE; count + 1];
+    of_triangles[count] = 0;
+    let mut reached: Vec<u32> = vec![0; count + 3];
     let mut components = 0;
-    for first in 0..core.triangles.len() {
+    for first in 0..count {
         if of_triangles[first] != NONE {
             continue;
         }
         of_triangles[first] = components;
-        reached.push(first as u32);
-        while let Some(triangle) = reached.pop() {
+        reached[0] = first as u32;
+        let mut left = 1;
+        while left > 0 {
+            left -= 1;
+            let triangle = reached[left];
             let bits = core.constraints.get(triangle as usize).copied().unwrap_or(0);
             for (s, &twin) in core.neighbours[triangle as usize].iter().enumerate() {
-                if twin == NONE || bits >> s & 1 == 1 {
-                    continue;
-                }
-                let of_other = &mut of_triangles[(twin / 3) as usize];
-                if *of_other == NONE {
-                    *of_other = components;
-                    reached.push(twin / 3);
-                }
+                let other = (twin / 3).min(count as u32);
+                let of_other = &mut of_triangles[other as usize];
+                let is_new = (*of_other == NONE) & (bits >> s & 1 == 0);
+                *of_other = if is_new { components } else { *of_other };
+                reached[left] = other;
+                left += usize::from(is_new);
             }
         }
         components += 1;
     }
+    of_triangles.truncate(count);
     (of_triangles, components)
 }

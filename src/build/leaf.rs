@@ -1,5 +1,6 @@
 //! Conquers a leaf: its points become the core of a tile and a seam.
 
+use super::bucket_sort::bucket_sort;
 use super::components::Components;
 use super::constrain::{DoneEdge, Pending, Piece, Refusal, constrain_leaf};
 use super::node::{Fate, Seam, SeamVertex, Workspace};
@@ -255,7 +256,12 @@ fn take_edges(core: &mut CoreDraft, pieces: &[Piece]) -> Vec<Piece> {
             }
         }
     }
-    within.sort_unstable();
+    let within = bucket_sort(
+        &within,
+        core.points.len(),
+        |(ends, _)| ends[0],
+        |&(ends, side)| (ends[1], side),
+    );
     let mut elsewhere = Vec::new();
     let mut edges = within.iter().peekable();
     for piece in pieces {
@@ -273,7 +279,8 @@ fn take_edges(core: &mut CoreDraft, pieces: &[Piece]) -> Vec<Piece> {
             _ => elsewhere.push(*piece),
         }
     }
-    core.edge_sources.sort_unstable();
+    let triangle = |&(side, _): &(u32, EdgeSource)| side / 3;
+    core.edge_sources = bucket_sort(&core.edge_sources, core.triangles.len(), triangle, |&both| both);
     elsewhere
 }
 

@@ -1,6 +1,6 @@
 //! The triangles of a node, into which pieces go.
 
-use std::collections::HashMap;
+use foldhash::{HashMap, HashMapExt};
 
 use super::deferral::{Deferral, put_off};
 use super::lines::Lines;
@@ -84,7 +84,7 @@ impl<'a> Ground<'a> {
         vertex: impl Fn(u32) -> SeamVertex,
     ) -> Result<Outcome, Refusal> {
         let Lines { pieces, mut open, .. } = lines;
-        let pieces = pieces.sorted();
+        let pieces = pieces.sorted(self.points.len());
         let mut parts = Parts {
             done: Limited::new(self.most_sources),
             rest: Limited::new(self.most_sources),
@@ -108,7 +108,10 @@ impl<'a> Ground<'a> {
             self.insert(inserter, along, &mut parts)?;
             left = others;
         }
-        let (mut rest, done) = (parts.rest.sorted(), parts.done.sorted());
+        let (mut rest, done) = (
+            parts.rest.sorted(self.points.len()),
+            parts.done.sorted(self.points.len()),
+        );
         let held = self.hold_for(inserter, &rest, &open)?;
         if self.held.iter().filter(|held| **held).count() > limit {
             self.put_off(&put_off(&held, limit), deferral, &mut rest, &mut open);

@@ -16,6 +16,7 @@
 use std::collections::BTreeMap;
 
 use super::{Overlaps, Piece, Refusal};
+use crate::build::bucket_sort::bucket_sort;
 use crate::build::segments::Segment;
 use crate::geometry::{Point, compare_lines};
 use crate::store::{EdgeSource, LineKind};
@@ -129,7 +130,8 @@ impl Limited {
     pub(super) fn push(&mut self, piece: Piece, place: Point) -> Result<(), Overlaps> {
         self.pieces.push(piece);
         if self.pieces.len() > self.full {
-            sort(&mut self.pieces);
+            self.pieces.sort_unstable();
+            dedup(&mut self.pieces);
             if self.pieces.len() > self.most {
                 return Err(Overlaps {
                     sources: self.pieces.len() as u64,
@@ -142,15 +144,17 @@ impl Limited {
     }
 
     /// In order, each once, but for rings of obstacles that run twice along an edge, which count twice.
-    pub(super) fn sorted(mut self) -> Vec<Piece> {
-        sort(&mut self.pieces);
-        self.pieces
+    ///
+    /// Their ends are below `vertices`.
+    pub(super) fn sorted(self, vertices: usize) -> Vec<Piece> {
+        let mut pieces = bucket_sort(&self.pieces, vertices, |piece| piece.ends[0], |&piece| piece);
+        dedup(&mut pieces);
+        pieces
     }
 }
 
-/// Puts pieces in order, each once; but rings of obstacles that run twice along an edge count twice.
-fn sort(pieces: &mut Vec<Piece>) {
-    pieces.sort_unstable();
+/// Each once, of pieces in order; but rings of obstacles that run twice along an edge count twice.
+fn dedup(pieces: &mut Vec<Piece>) {
     pieces.dedup_by(|a, b| a == b && a.source.kind() != LineKind::Obstacle);
 }
 
