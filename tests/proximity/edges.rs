@@ -312,7 +312,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(3), ..ProptestConfig::default() })]
 
     #[test]
-    fn blocks_and_walls_on_grids(scene in scene::blocks_and_walls(&scene::KINDS[1..]), seed in any::<u64>()) {
+    fn blocks_and_walls_on_grids(scene in scene::blocks_and_walls(0..6, &scene::KINDS[1..]), seed in any::<u64>()) {
         check(&scene, &mut Random(seed), 8, &[[4, 9, 40][scene.lines.len() % 3], 1 << 16]);
     }
 

@@ -213,7 +213,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn blocks_and_walls_on_grids(mut scene in scene::blocks_and_walls(&scene::KINDS)) {
+    fn blocks_and_walls_on_grids(mut scene in scene::blocks_and_walls(1..8, &scene::KINDS)) {
         scene.sites = vec![at(0, 0), at(3, 3), at(7, 2), at(10, 10), at(5, 5), at(5, 5), at(2, 8)];
         check(&scene, 6, &[[4, 9, 40][scene.lines.len() % 3], 1 << 16]);
     }

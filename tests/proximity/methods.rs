@@ -122,7 +122,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 30, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn blocks_and_walls_on_grids(mut scene in scene::blocks_and_walls(&scene::KINDS[1..])) {
+    fn blocks_and_walls_on_grids(mut scene in scene::blocks_and_walls(1..8, &scene::KINDS[1..])) {
         scene.sites = (0..20).map(|i| at(i * 7 % 11, i * 5 % 10)).collect();
         check(&scene, 6, [9, 40, 1 << 16][scene.lines.len() % 3]);
     }

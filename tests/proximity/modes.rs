@@ -193,7 +193,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 20, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(5), ..ProptestConfig::default() })]
 
     #[test]
-    fn blocks_and_walls_on_grids(mut scene in scene::blocks_and_walls(&scene::KINDS), seed in any::<u64>()) {
+    fn blocks_and_walls_on_grids(mut scene in scene::blocks_and_walls(0..7, &scene::KINDS), seed in any::<u64>()) {
         scene.sites = vec![at(0, 0), at(3, 3), at(7, 2), at(10, 10), at(5, 5), at(5, 5), at(2, 8)];
         check(&scene, 5, &[[4, 9, 40][scene.lines.len() % 3], 1 << 16], seed);
     }

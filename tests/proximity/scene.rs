@@ -1,5 +1,7 @@
 //! Scenes to walk in: by hand, and at random.
 
+use std::ops::Range;
+
 use delaunay_tiles::build::{BuildOptions, Builder, Crossings, Description};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
@@ -50,15 +52,18 @@ pub const KINDS: [LineKind; 4] = [
     LineKind::Obstacle,
 ];
 
-/// Blocks of these kinds and walls, with corners on a grid all points of which are there, or only those of the room.
-pub fn blocks_and_walls(kinds: &'static [LineKind]) -> impl Strategy<Value = Scene> {
-    let rectangle = (0i32..7, 0i32..7, 1i32..4, 1i32..4, prop::sample::select(kinds));
-    let rectangles = prop::collection::vec(rectangle, 0..8);
+/// So many blocks of these kinds and walls, with corners on a grid all points of which are there, or only those of the room.
+pub fn blocks_and_walls(count: Range<usize>, kinds: &'static [LineKind]) -> impl Strategy<Value = Scene> {
+    let rectangle = (0i32..7, 0i32..7, 1i32..4, 1i32..4, 0usize..8);
+    let rectangles = prop::collection::vec(rectangle, count);
     let walls = prop::collection::vec(prop::collection::vec((0i32..9, 0i32..9), 2..5), 0..4);
     let parts = (rectangles, walls, prop::bool::weighted(0.2), any::<bool>());
     parts.prop_map(|(rectangles, walls, exterior_is_hole, is_dense)| {
         let rectangles = rectangles.into_iter();
-        let blocks = rectangles.map(|(x, y, width, height, kind)| (kind, block([x, y], [width, height]).1));
+        let blocks = rectangles.map(|(x, y, width, height, how)| {
+            let (_, corners) = block([x, y], [width, height]);
+            (kinds[how * kinds.len() / 8], corners)
+        });
         let walls = walls.iter().map(|corners| wall(corners));
         let walls = walls.filter(|(_, corners)| corners.windows(2).all(|pair| pair[0] != pair[1]));
         let lines = blocks.chain(walls).collect();
