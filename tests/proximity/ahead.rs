@@ -5,7 +5,7 @@ use delaunay_tiles::query::QueryOptions;
 use delaunay_tiles::store::TileReader;
 use futures::{StreamExt, TryStreamExt};
 
-use crate::scene::{Scene, at, block, open};
+use crate::scene::{Scene, open};
 use crate::support::{Random, runtime};
 
 async fn nearest(reader: &TileReader, from: Point, options: QueryOptions) -> Vec<(u64, f64)> {
@@ -19,12 +19,8 @@ async fn nearest(reader: &TileReader, from: Point, options: QueryOptions) -> Vec
 
 #[test]
 fn the_same_answers_and_few_tiles_more() {
-    let blocks = (0..64).map(|i| block([2 + 5 * (i % 8), 2 + 5 * (i / 8)], [3, 3]));
-    let mut scene = Scene::on_grid(43, 43, blocks.collect());
     let mut random = Random(3);
-    scene.sites = (0..200)
-        .map(|_| at(5 * random.below(9) as i32, random.below(43) as i32))
-        .collect();
+    let scene = Scene::town_with_sites(8, 200, &mut random);
     runtime().block_on(async {
         let (scratch, _) = scene.build(40).await;
         let (mut ahead, mut alone) = (0, 0);

@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use crate::scene::{Scene, at, block, open, wall};
 use crate::support::oracle::Oracle;
 use crate::support::{Random, runtime};
-use crate::{Walk, is_near, same};
+use crate::{Walk, is_near, length, same, sorted_lengths};
 
 fn on(line: [Point; 2], t: f64) -> Point {
     let [a, b] = line;
@@ -22,17 +22,7 @@ fn truth(oracle: &Oracle, sites: &[Point], from: Point) -> Option<(Vec<Walk>, Ve
         return None;
     }
     let walks = oracle.walks(from, sites);
-    let mut lengths: Vec<f64> = walks
-        .iter()
-        .filter_map(|walk| {
-            if let Walk::Length(length) = walk {
-                Some(*length)
-            } else {
-                None
-            }
-        })
-        .collect();
-    lengths.sort_by(f64::total_cmp);
+    let lengths = sorted_lengths(&walks);
     Some((walks, lengths))
 }
 
@@ -72,7 +62,7 @@ async fn check(reader: &TileReader, oracle: &Oracle, sites: &[Point], line: [Poi
         assert_eq!((pair[0].to_t, pair[0].to), (pair[1].from_t, pair[1].from));
         assert_ne!(numbers(&pair[0]), numbers(&pair[1]), "{pair:?}");
     }
-    let length = (line[1].x - line[0].x).hypot(line[1].y - line[0].y);
+    let whole = length(&line);
     for interval in &intervals {
         let width = interval.to_t - interval.from_t;
         assert!(width > 0.0);
@@ -96,7 +86,7 @@ async fn check(reader: &TileReader, oracle: &Oracle, sites: &[Point], line: [Poi
                 };
                 let apart = (site.distances[end] - expected).abs();
                 assert!(
-                    apart <= 1.001 * inset * length + 1e-9 * expected,
+                    apart <= 1.001 * inset * whole + 1e-9 * expected,
                     "{site:?}, not {expected}"
                 );
             }
@@ -193,12 +183,9 @@ proptest! {
     #[test]
     fn blocks_and_walls(seed in any::<u64>(), is_dense in any::<bool>(), exterior_is_hole in prop::bool::weighted(0.2)) {
         let mut random = Random(seed);
-        let mut place = |most: usize| random.below(most) as i32;
-        let mut lines: Vec<_> = (0..2 + place(3)).map(|_| block([place(7), place(7)], [1 + place(3), 1 + place(3)])).collect();
-        lines.extend((0..place(3)).map(|_| wall(&[(place(4), place(9)), (5 + place(5), place(9)), (4, 10)])));
-        let mut scene = if is_dense { Scene::on_grid(10, 10, lines) } else { Scene::in_room(11, lines) };
+        let mut scene = Scene::few_blocks(&mut random, is_dense);
         scene.exterior_is_hole = exterior_is_hole;
-        scene.sites = (0..12).map(|_| at(place(11), place(11))).collect();
+        scene.sites = (0..12).map(|_| at(random.below(11) as i32, random.below(11) as i32)).collect();
         let mut any = || Point::new(12.0 * random.unit() - 1.0, 12.0 * random.unit() - 1.0);
         let lines: Vec<[Point; 2]> = (0..4).map(|_| [any(), any()]).collect();
         runtime().block_on(async {
@@ -215,12 +202,8 @@ proptest! {
 /// Among many sites: the lists are those of searches from points of the line, and the search stays near it.
 #[test]
 fn a_long_line_among_many_sites() {
-    let blocks = (0..49).map(|i| block([2 + 5 * (i % 7), 2 + 5 * (i / 7)], [3, 3]));
-    let mut scene = Scene::on_grid(38, 38, blocks.collect());
     let mut random = Random(4);
-    scene.sites = (0..250)
-        .map(|_| at(5 * random.below(8) as i32, random.below(38) as i32))
-        .collect();
+    let scene = Scene::town_with_sites(7, 250, &mut random);
     runtime().block_on(async {
         let (_scratch, reader) = scene.build(60).await;
         let line = [Point::new(0.5, 0.25), Point::new(36.75, 36.0)];

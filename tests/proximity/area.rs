@@ -8,10 +8,10 @@ use delaunay_tiles::store::TileReader;
 use futures::TryStreamExt;
 use proptest::prelude::*;
 
-use crate::Walk;
-use crate::scene::{Scene, at, block, open, wall};
+use crate::scene::{self, Scene, at, block, open};
 use crate::support::oracle::Oracle;
 use crate::support::{Random, runtime};
+use crate::{Walk, length};
 
 async fn pieces(reader: &TileReader, from: Point, radius: f64) -> Vec<AreaPiece> {
     let pieces = reader.area_within(from, radius, QueryOptions::default());
@@ -93,42 +93,7 @@ async fn check(reader: &TileReader, oracle: &Oracle, from: Point, radius: f64, r
 
 #[test]
 fn scenes_by_hand() {
-    for (name, scene) in [
-        ("one wall", Scene::in_room(10, vec![wall(&[(5, 2), (5, 8)])])),
-        (
-            "blocks that touch",
-            Scene::on_grid(
-                11,
-                11,
-                vec![block([1, 1], [3, 3]), block([4, 4], [3, 3]), wall(&[(7, 2), (10, 2)])],
-            ),
-        ),
-        (
-            "an island that is the hull",
-            Scene::on_grid(11, 11, vec![block([0, 0], [10, 10])]),
-        ),
-        (
-            "a spiral",
-            Scene::in_room(
-                10,
-                vec![wall(&[
-                    (1, 1),
-                    (9, 1),
-                    (9, 9),
-                    (2, 9),
-                    (2, 3),
-                    (7, 3),
-                    (7, 7),
-                    (4, 7),
-                    (4, 5),
-                ])],
-            ),
-        ),
-        (
-            "a closed wall",
-            Scene::on_grid(11, 11, vec![wall(&[(2, 2), (7, 2), (7, 7), (2, 7), (2, 2)])]),
-        ),
-    ] {
+    for (name, scene) in scene::by_hand() {
         println!("{name}");
         runtime().block_on(async {
             let mut random = Random(8);
@@ -158,10 +123,7 @@ proptest! {
     #[test]
     fn blocks_and_walls(seed in any::<u64>(), is_dense in any::<bool>(), exterior_is_hole in prop::bool::weighted(0.2)) {
         let mut random = Random(seed);
-        let mut place = |most: usize| random.below(most) as i32;
-        let mut lines: Vec<_> = (0..2 + place(4)).map(|_| block([place(7), place(7)], [1 + place(3), 1 + place(3)])).collect();
-        lines.extend((0..place(3)).map(|_| wall(&[(place(4), place(9)), (5 + place(5), place(9)), (4, 10)])));
-        let mut scene = if is_dense { Scene::on_grid(10, 10, lines) } else { Scene::in_room(11, lines) };
+        let mut scene = Scene::few_blocks(&mut random, is_dense);
         scene.exterior_is_hole = exterior_is_hole;
         runtime().block_on(async {
             let (_scratch, reader) = scene.build(9).await;
@@ -218,7 +180,7 @@ fn triangles_that_were_explored() {
             let (from, to) = (Point::new(6.3, 6.4), Point::new(8.2, 6.7));
             reader.shortest_path(from, to, options).await.unwrap();
             let found = explored.triangles();
-            let reach = |p: &Point| (p.x - from.x).hypot(p.y - from.y);
+            let reach = |&p: &Point| length(&[from, p]);
             assert!((3..40).contains(&found.len()), "{}", found.len());
             assert!(found.iter().flatten().all(|corner| reach(corner) < 5.0));
             let sum: f64 = found

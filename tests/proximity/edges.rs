@@ -10,10 +10,10 @@ use delaunay_tiles::store::{LineKind, TileReader};
 use futures::TryStreamExt;
 use proptest::prelude::*;
 
-use crate::scene::{Scene, at, block, line, open, wall};
-use crate::support::places::shared;
+use crate::scene::{self, Scene, at, block, line, open, wall};
+use crate::support::places::data;
 use crate::support::{Random, runtime};
-use crate::{TILES, is_near};
+use crate::{TILES, is_near, length};
 
 /// Where one is: at a vertex, in a triangle or outside.
 type Wedge = (usize, usize);
@@ -113,10 +113,10 @@ impl Mesh {
         }
         this.edges = vec![Vec::new(); roots.len()];
         for (&[a, b], &face) in &faces {
-            let [p, q] = [a, b].map(|v| this.points[v]);
+            let leg = length(&[a, b].map(|v| this.points[v]));
             let [one, two] = [a, b].map(|v| this.wedges[&(v, face)]);
-            this.edges[one].push((two, (p.x - q.x).hypot(p.y - q.y)));
-            this.edges[two].push((one, (p.x - q.x).hypot(p.y - q.y)));
+            this.edges[one].push((two, leg));
+            this.edges[two].push((one, leg));
         }
         this
     }
@@ -180,8 +180,7 @@ async fn compare_tree(reader: &TileReader, mesh: &Mesh, from: Point) {
             Some(parent) => {
                 assert!(parent < number);
                 let before = &tree[parent as usize];
-                let [p, q] = [before.vertex.point, node.vertex.point];
-                let leg = (p.x - q.x).hypot(p.y - q.y);
+                let leg = length(&[before.vertex.point, node.vertex.point]);
                 assert!(is_near(before.distance.value + leg, node.distance.value));
             }
         }
@@ -237,11 +236,7 @@ async fn compare_put_in(reader: &TileReader, pairs: &[[Point; 2]]) {
         let found = match reader.cdt_distance(from, to, QueryOptions::default()).await {
             Ok(Some(path)) => {
                 assert_eq!((path.points.first(), path.points.last()), (Some(&from), Some(&to)));
-                let legs = path
-                    .points
-                    .windows(2)
-                    .map(|leg| (leg[1].x - leg[0].x).hypot(leg[1].y - leg[0].y));
-                assert!(is_near(legs.sum(), path.distance.value) || from == to);
+                assert!(is_near(length(&path.points), path.distance.value) || from == to);
                 path.distance.value
             }
             Ok(None) => f64::INFINITY,
@@ -304,52 +299,10 @@ fn check(scene: &Scene, random: &mut Random, pairs: usize, tile_sizes: &[usize])
 
 #[test]
 fn scenes_by_hand() {
-    let spiral = wall(&[(1, 1), (9, 1), (9, 9), (2, 9), (2, 3), (7, 3), (7, 7), (4, 7), (4, 5)]);
-    for (name, scene) in [
-        ("nothing in the way", Scene::in_room(10, vec![])),
-        ("a grid", Scene::on_grid(7, 7, vec![])),
-        ("one wall", Scene::in_room(10, vec![wall(&[(5, 2), (5, 8)])])),
-        ("a spiral", Scene::in_room(10, vec![spiral.clone()])),
-        ("a spiral on a grid", Scene::on_grid(11, 11, vec![spiral])),
-        (
-            "walls through from hull to hull",
-            Scene::in_room(10, vec![wall(&[(5, 0), (5, 10)]), wall(&[(0, 5), (10, 5)])]),
-        ),
-        (
-            "touching corners",
-            Scene::on_grid(
-                9,
-                9,
-                vec![block([1, 1], [3, 3]), block([4, 4], [3, 3]), block([1, 4], [3, 3])],
-            ),
-        ),
-        (
-            "the island is the hull",
-            Scene {
-                lines: vec![block([0, 0], [6, 4])],
-                ..Scene::default()
-            },
-        ),
-        (
-            "walls on the hull",
-            Scene::on_grid(5, 5, vec![wall(&[(0, 0), (4, 0), (4, 4), (1, 4)])]),
-        ),
-        (
-            "tees",
-            Scene::on_grid(
-                9,
-                9,
-                vec![
-                    wall(&[(1, 4), (7, 4)]),
-                    wall(&[(4, 4), (4, 8)]),
-                    wall(&[(2, 4), (2, 1)]),
-                ],
-            ),
-        ),
-    ] {
+    let grid = ("a grid", Scene::on_grid(7, 7, vec![]));
+    for (name, mut scene) in scene::by_hand().into_iter().chain([grid]) {
         println!("{name}");
-        let mut scene = scene;
-        check(&scene, &mut Random(7), 12, &TILES);
+        check(&scene, &mut Random(7), 8, &TILES);
         scene.exterior_is_hole = true;
         check(&scene, &mut Random(8), 6, &[9]);
     }
@@ -359,39 +312,14 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(3), ..ProptestConfig::default() })]
 
     #[test]
-    fn blocks_and_walls_on_grids(
-        rectangles in prop::collection::vec((0i32..7, 0i32..7, 1i32..4, 1i32..4, 0u8..8), 0..6),
-        walls in prop::collection::vec(prop::collection::vec((0i32..9, 0i32..9), 2..5), 0..4),
-        exterior_is_hole in prop::bool::weighted(0.2),
-        is_dense in any::<bool>(),
-        seed in any::<u64>(),
-    ) {
-        let kinds = [LineKind::Wall, LineKind::Obstacle, LineKind::Obstacle];
-        let mut lines: Vec<_> = rectangles.into_iter().map(|(x, y, width, height, how)| {
-            let (_, corners) = block([x, y], [width, height]);
-            (kinds[usize::from(how) % 3], corners)
-        }).collect();
-        lines.extend(walls.into_iter().map(|corners| wall(&corners)).filter(|line| line.1.windows(2).all(|pair| pair[0] != pair[1])));
-        let mut scene = if is_dense { Scene::on_grid(10, 10, lines) } else { Scene::in_room(10, lines) };
-        scene.exterior_is_hole = exterior_is_hole;
+    fn blocks_and_walls_on_grids(scene in scene::blocks_and_walls(0..6, &scene::KINDS[1..]), seed in any::<u64>()) {
         check(&scene, &mut Random(seed), 8, &[[4, 9, 40][scene.lines.len() % 3], 1 << 16]);
     }
 
     #[test]
-    fn polygons_and_walls_anywhere(seed in any::<u64>()) {
+    fn walls_anywhere(seed in any::<u64>()) {
         let mut random = Random(seed);
-        let point = |random: &mut Random| Point::new(random.unit() * 10.0, random.unit() * 10.0);
-        let mut scene = Scene::default();
-        for _ in 0..random.below(10) {
-            let corners = (0..2 + random.below(3)).map(|_| point(&mut random)).collect();
-            scene.lines.push((LineKind::Wall, corners));
-        }
-        for _ in 0..random.below(4) {
-            let mut corners: Vec<Point> = (0..3).map(|_| point(&mut random)).collect();
-            corners.push(corners[0]);
-            scene.lines.push((LineKind::Obstacle, corners));
-        }
-        scene.points = (0..20).map(|_| point(&mut random)).collect();
+        let scene = Scene::triangles_anywhere(&mut random);
         check(&scene, &mut random, 8, &[4, 1 << 16]);
     }
 }
@@ -439,10 +367,7 @@ fn sites_come_by_length_and_number() {
 /// 74 points that stretch a distance by more than π/2.
 #[test]
 fn half_of_pi_is_no_bound() {
-    let Some(file) = shared("pi2_points_6dp.csv") else {
-        return;
-    };
-    let text = fs::read_to_string(file).unwrap();
+    let text = fs::read_to_string(data("stretch/pi2_points_6dp.csv")).unwrap();
     let rows = text.lines().filter(|row| !row.starts_with('#'));
     let points = rows.map(|row| {
         let (x, y) = row.split_once(',').unwrap();
@@ -455,7 +380,7 @@ fn half_of_pi_is_no_bound() {
     assert_eq!(scene.points.len(), 74);
     runtime().block_on(async {
         let (from, to) = (scene.points[0], scene.points[37]);
-        let straight = (from.x - to.x).hypot(from.y - to.y);
+        let straight = length(&[from, to]);
         for tile_vertices in TILES {
             let (_scratch, reader) = scene.build(tile_vertices).await;
             let path = reader

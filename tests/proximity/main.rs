@@ -31,17 +31,30 @@ fn is_near(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * b.abs()
 }
 
+/// The length of a polyline.
+fn length(points: &[Point]) -> f64 {
+    let legs = points.windows(2);
+    legs.map(|leg| (leg[1].x - leg[0].x).hypot(leg[1].y - leg[0].y)).sum()
+}
+
+/// The lengths of the walks that lead somewhere, the shortest first.
+fn sorted_lengths(walks: &[Walk]) -> Vec<f64> {
+    let length = |walk: &Walk| match *walk {
+        Walk::Length(length) => Some(length),
+        Walk::Unreachable | Walk::Inside => None,
+    };
+    let mut lengths: Vec<f64> = walks.iter().filter_map(length).collect();
+    lengths.sort_by(f64::total_cmp);
+    lengths
+}
+
 /// A shortest path between two points, by its outcome.
 async fn walk(reader: &TileReader, from: Point, to: Point) -> Walk {
     let options = QueryOptions::default().certified();
     match reader.shortest_path(from, to, options).await.unwrap() {
         PathOutcome::Found(path) => {
-            let legs = path
-                .points
-                .windows(2)
-                .map(|leg| (leg[1].x - leg[0].x).hypot(leg[1].y - leg[0].y));
             let value = path.distance.value;
-            assert!(is_near(legs.sum(), value) || value == 0.0, "{path:?}");
+            assert!(is_near(length(&path.points), value) || value == 0.0, "{path:?}");
             assert_eq!((path.points.first(), path.points.last()), (Some(&from), Some(&to)));
             assert!(path.distance.lower <= value && value <= path.distance.upper);
             assert!(path.is_certified && path.bends.len() == path.points.len() - 2);
@@ -146,17 +159,7 @@ async fn compare_vertices(reader: &TileReader, oracle: &Oracle, from: Point) {
 
 async fn compare_sites(reader: &TileReader, oracle: &Oracle, from: Point, scene: &Scene) {
     let expected = oracle.walks(from, &scene.sites);
-    let mut lengths: Vec<f64> = expected
-        .iter()
-        .filter_map(|walk| {
-            if let Walk::Length(length) = walk {
-                Some(*length)
-            } else {
-                None
-            }
-        })
-        .collect();
-    lengths.sort_by(f64::total_cmp);
+    let lengths = sorted_lengths(&expected);
     let found: Vec<_> = reader
         .nearest_sites(from, QueryOptions::default().certified())
         .try_collect()
@@ -210,49 +213,15 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn blocks_and_walls_on_grids(
-        rectangles in prop::collection::vec((0i32..7, 0i32..7, 1i32..4, 1i32..4, 0u8..8), 1..8),
-        walls in prop::collection::vec(prop::collection::vec((0i32..9, 0i32..9), 2..5), 0..4),
-        exterior_is_hole in prop::bool::weighted(0.2),
-        is_dense in any::<bool>(),
-    ) {
-        let kinds = [LineKind::BreakLine, LineKind::Wall, LineKind::Obstacle, LineKind::Obstacle];
-        let mut lines: Vec<_> = rectangles.into_iter().map(|(x, y, width, height, how)| {
-            let (_, corners) = block([x, y], [width, height]);
-            (kinds[usize::from(how) / 2], corners)
-        }).collect();
-        lines.extend(walls.into_iter().map(|corners| wall(&corners)).filter(|line| line.1.windows(2).all(|pair| pair[0] != pair[1])));
-        let mut scene = if is_dense { Scene::on_grid(10, 10, lines) } else { Scene::in_room(10, lines) };
+    fn blocks_and_walls_on_grids(mut scene in scene::blocks_and_walls(1..8, &scene::KINDS)) {
         scene.sites = vec![at(0, 0), at(3, 3), at(7, 2), at(10, 10), at(5, 5), at(5, 5), at(2, 8)];
-        scene.exterior_is_hole = exterior_is_hole;
         check(&scene, 6, &[[4, 9, 40][scene.lines.len() % 3], 1 << 16]);
     }
 
     #[test]
     fn polygons_and_walls_anywhere(seed in any::<u64>()) {
         let mut random = Random(seed);
-        let mut lines = Vec::new();
-        for _ in 0..2 + random.below(4) {
-            let (x, y, size) = (random.unit() * 10.0, random.unit() * 10.0, 0.5 + 2.0 * random.unit());
-            let corners = 3 + random.below(6);
-            let corner = |i: usize, far: f64| {
-                let turn = std::f64::consts::TAU * i as f64 / corners as f64;
-                Point::new(x + far * turn.cos(), y + far * turn.sin())
-            };
-            let mut ring: Vec<Point> = (0..corners).map(|i| corner(i, size * (0.3 + random.unit()))).collect();
-            ring.push(ring[0]);
-            lines.push((LineKind::Obstacle, ring));
-        }
-        for _ in 0..random.below(8) {
-            let mut corners = Vec::new();
-            for _ in 0..2 + random.below(3) {
-                corners.push(Point::new(random.unit() * 10.0, random.unit() * 10.0));
-            }
-            lines.push((if random.below(4) == 0 { LineKind::BreakLine } else { LineKind::Wall }, corners));
-        }
-        let mut scene = Scene { lines, ..Scene::default() };
-        let free = (0..20).map(|_| Point::new(random.unit() * 12.0 - 1.0, random.unit() * 12.0 - 1.0));
-        scene.points = free.collect();
+        let mut scene = Scene::polygons_anywhere(&mut random, &scene::KINDS[..2]);
         scene.sites = scene.points[..8].to_vec();
         check(&scene, 6, &[4, 1 << 16]);
     }

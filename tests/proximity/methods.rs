@@ -9,10 +9,9 @@ use proptest::prelude::*;
 
 use crate::scene::{self, Scene, at, block, line, wall};
 use crate::support::oracle::Walk;
-use crate::support::places::{data, shared};
 use crate::support::{Random, runtime};
-use crate::truth::{self, is_printed, rows, unzipped};
-use crate::{is_near, same};
+use crate::truth::{self, is_printed};
+use crate::{is_near, length, same};
 
 const THESIS: Method = Method::Visibility {
     stretch: Method::STRETCH,
@@ -24,9 +23,8 @@ async fn walk(reader: &TileReader, method: Method, from: Point, to: Point) -> Wa
     let measured = reader.shortest_path_by(method, from, to, options).await.unwrap();
     match measured.answer {
         PathOutcome::Found(path) => {
-            let legs = path.points.windows(2);
-            let length: f64 = legs.map(|leg| (leg[1].x - leg[0].x).hypot(leg[1].y - leg[0].y)).sum();
-            assert!(is_near(length, path.distance.value) || length == 0.0, "{path:?}");
+            let sum = length(&path.points);
+            assert!(is_near(sum, path.distance.value) || sum == 0.0, "{path:?}");
             assert!(path.is_certified);
             assert_eq!((path.points.first(), path.points.last()), (Some(&from), Some(&to)));
             Walk::Length(path.distance.value)
@@ -124,42 +122,15 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 30, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn blocks_and_walls_on_grids(
-        rectangles in prop::collection::vec((0i32..7, 0i32..7, 1i32..4, 1i32..4, any::<bool>()), 1..8),
-        walls in prop::collection::vec(prop::collection::vec((0i32..9, 0i32..9), 2..5), 0..4),
-        exterior_is_hole in prop::bool::weighted(0.2),
-        is_dense in any::<bool>(),
-    ) {
-        let mut lines: Vec<_> = rectangles.into_iter().map(|(x, y, width, height, is_wall)| {
-            let (obstacle, corners) = block([x, y], [width, height]);
-            (if is_wall { LineKind::Wall } else { obstacle }, corners)
-        }).collect();
-        lines.extend(walls.into_iter().map(|corners| wall(&corners)).filter(|line| line.1.windows(2).all(|pair| pair[0] != pair[1])));
-        let mut scene = if is_dense { Scene::on_grid(10, 10, lines) } else { Scene::in_room(10, lines) };
+    fn blocks_and_walls_on_grids(mut scene in scene::blocks_and_walls(1..8, &scene::KINDS[1..])) {
         scene.sites = (0..20).map(|i| at(i * 7 % 11, i * 5 % 10)).collect();
-        scene.exterior_is_hole = exterior_is_hole;
         check(&scene, 6, [9, 40, 1 << 16][scene.lines.len() % 3]);
     }
 
     #[test]
     fn polygons_and_walls_anywhere(seed in any::<u64>()) {
         let mut random = Random(seed);
-        let mut scene = Scene::default();
-        for _ in 0..2 + random.below(4) {
-            let (x, y, size) = (random.unit() * 10.0, random.unit() * 10.0, 0.5 + 2.0 * random.unit());
-            let corners = 3 + random.below(6);
-            let mut ring: Vec<Point> = (0..corners).map(|i| {
-                let (turn, far) = (std::f64::consts::TAU * i as f64 / corners as f64, size * (0.3 + random.unit()));
-                Point::new(x + far * turn.cos(), y + far * turn.sin())
-            }).collect();
-            ring.push(ring[0]);
-            scene.lines.push((LineKind::Obstacle, ring));
-        }
-        for _ in 0..random.below(8) {
-            let corners = (0..2 + random.below(3)).map(|_| Point::new(random.unit() * 10.0, random.unit() * 10.0));
-            scene.lines.push((LineKind::Wall, corners.collect()));
-        }
-        scene.points = (0..20).map(|_| Point::new(random.unit() * 12.0 - 1.0, random.unit() * 12.0 - 1.0)).collect();
+        let mut scene = Scene::polygons_anywhere(&mut random, &[LineKind::Wall]);
         scene.sites = scene.points.clone();
         check(&scene, 6, if seed % 2 == 0 { 9 } else { 1 << 16 });
     }
@@ -167,21 +138,14 @@ proptest! {
 
 #[test]
 fn paths_on_the_map_of_a_game() {
-    let lengths = rows(&std::fs::read_to_string(data("arena/arena_lengths.csv")).unwrap());
     runtime().block_on(async {
-        let options = BuildOptions {
-            tile_vertices: 30,
-            exterior_is_hole: true,
-            ..BuildOptions::default()
-        };
-        let (_scratch, reader) = truth::build(&data("arena/arena.poly"), options).await;
-        for row in &lengths {
-            let (from, to) = (Point::new(row[0], row[1]), Point::new(row[2], row[3]));
+        let (_scratch, reader, lengths) = truth::game(30).await;
+        for ([from, to], expected) in lengths {
             for method in METHODS {
                 let found = walk(&reader, method, from, to).await;
                 assert!(
-                    matches!(found, Walk::Length(length) if is_printed(length, row[4])),
-                    "{method:?}: {found:?}, {row:?}"
+                    matches!(found, Walk::Length(length) if is_printed(length, expected)),
+                    "{method:?} from {from:?} to {to:?}: {found:?}, not {expected}"
                 );
             }
         }
@@ -190,22 +154,16 @@ fn paths_on_the_map_of_a_game() {
 
 #[test]
 fn distances_among_islands() {
-    let (Some(islands), Some(truth)) = (
-        shared("indonesia/group1_dense_small.poly"),
-        shared("indonesia/group1_truth.csv.gz"),
-    ) else {
-        return;
-    };
-    let truth = rows(&unzipped(truth).unwrap());
     runtime().block_on(async {
-        let (_scratch, reader) = truth::build(&islands, BuildOptions::default()).await;
-        for row in truth.iter().step_by(331) {
-            let (from, to) = (Point::new(row[1], row[2]), Point::new(row[4], row[5]));
+        let Some((_scratch, reader, sights)) = truth::islands(BuildOptions::default().tile_vertices).await else {
+            return;
+        };
+        for sight in sights.iter().step_by(331) {
             for method in METHODS {
-                let found = walk(&reader, method, from, to).await;
+                let found = walk(&reader, method, sight.from, sight.to).await;
                 assert!(
-                    matches!(found, Walk::Length(length) if is_near(length, row[7])),
-                    "{method:?}: {found:?}, {row:?}"
+                    same(found, Walk::Length(sight.distance)),
+                    "{method:?}: {found:?}, {sight:?}"
                 );
             }
         }

@@ -1,6 +1,5 @@
 //! In every mode the truth lies between the bounds, and every path can be walked.
 
-use std::fs;
 use std::time::Duration;
 
 use delaunay_tiles::build::{BuildOptions, Builder};
@@ -10,12 +9,11 @@ use delaunay_tiles::store::{LineKind, TileReader};
 use futures::{Stream, StreamExt, TryStreamExt};
 use proptest::prelude::*;
 
-use crate::scene::{Scene, at, block, line, open, wall};
+use crate::scene::{self, Scene, at, line, open, wall};
 use crate::support::oracle::{Oracle, Walk};
-use crate::support::places::data;
 use crate::support::{Random, Scratch, batches, runtime};
-use crate::truth::{build, rows};
-use crate::{TILES, is_near};
+use crate::truth;
+use crate::{is_near, length};
 
 const MODES: [Mode; 5] = [
     Mode::Fast,
@@ -49,12 +47,8 @@ fn check_distance(found: &Distance, truth: f64, mode: Mode) {
 fn check_path(path: &Path, from: Point, to: Point) {
     assert!(path.is_certified);
     assert_eq!((path.points.first(), path.points.last()), (Some(&from), Some(&to)));
-    let legs = path
-        .points
-        .windows(2)
-        .map(|leg| (leg[1].x - leg[0].x).hypot(leg[1].y - leg[0].y));
     assert!(
-        is_near(legs.sum(), path.distance.value) || path.distance.value == 0.0,
+        is_near(length(&path.points), path.distance.value) || path.distance.value == 0.0,
         "{path:?}"
     );
     assert_eq!(path.bends.len() + 2, path.points.len(), "{path:?}");
@@ -178,47 +172,17 @@ fn check(scene: &Scene, count: usize, tile_sizes: &[usize], seed: u64) -> f64 {
 
 #[test]
 fn scenes_by_hand() {
-    let spiral = wall(&[(1, 1), (9, 1), (9, 9), (2, 9), (2, 3), (7, 3), (7, 7), (4, 7), (4, 5)]);
-    for (name, mut scene, worst) in [
-        ("nothing in the way", Scene::on_grid(9, 9, vec![]), 1.0),
-        ("one wall", Scene::in_room(10, vec![wall(&[(5, 2), (5, 8)])]), 1.5),
-        ("a spiral on a grid", Scene::on_grid(11, 11, vec![spiral]), 1.5),
-        (
-            "touching corners",
-            Scene::on_grid(
-                9,
-                9,
-                vec![block([1, 1], [3, 3]), block([4, 4], [3, 3]), block([1, 4], [3, 3])],
-            ),
-            1.5,
-        ),
-        (
-            "walls through from hull to hull",
-            Scene::on_grid(9, 9, vec![wall(&[(4, 0), (4, 8)]), wall(&[(0, 4), (8, 4)])]),
-            1.5,
-        ),
-        (
-            "the island is the hull",
-            Scene {
-                lines: vec![block([0, 0], [6, 4])],
-                ..Scene::default()
-            },
-            1.5,
-        ),
-        (
-            "break lines",
-            Scene::on_grid(
-                9,
-                9,
-                vec![wall(&[(4, 1), (4, 7)]), line(LineKind::BreakLine, &[(0, 2), (8, 6)])],
-            ),
-            1.5,
-        ),
-    ] {
+    let across = vec![wall(&[(4, 1), (4, 7)]), line(LineKind::BreakLine, &[(0, 2), (8, 6)])];
+    let more = [
+        ("nothing in the way on a grid", Scene::on_grid(9, 9, vec![])),
+        ("break lines", Scene::on_grid(9, 9, across)),
+    ];
+    for (name, mut scene) in scene::by_hand().into_iter().chain(more) {
         println!("{name}");
         scene.sites = vec![at(0, 0), at(4, 4), at(2, 3), at(4, 2), at(4, 4), at(6, 3)];
-        let found = check(&scene, 8, &TILES, 3);
+        let found = check(&scene, 8, &[4, 1 << 16], 3);
         println!("{found} times the truth at worst");
+        let worst = if name.starts_with("nothing") { 1.0 } else { 1.5 };
         assert!(found <= worst, "{name}: {found} times the truth");
         scene.exterior_is_hole = true;
         check(&scene, 6, &[9], 4);
@@ -229,40 +193,15 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 20, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(5), ..ProptestConfig::default() })]
 
     #[test]
-    fn blocks_and_walls_on_grids(
-        rectangles in prop::collection::vec((0i32..7, 0i32..7, 1i32..4, 1i32..4, 0u8..8), 0..7),
-        walls in prop::collection::vec(prop::collection::vec((0i32..9, 0i32..9), 2..5), 0..4),
-        exterior_is_hole in prop::bool::weighted(0.2),
-        is_dense in any::<bool>(),
-        seed in any::<u64>(),
-    ) {
-        let kinds = [LineKind::BreakLine, LineKind::Wall, LineKind::Obstacle, LineKind::Obstacle];
-        let mut lines: Vec<_> = rectangles.into_iter().map(|(x, y, width, height, how)| {
-            let (_, corners) = block([x, y], [width, height]);
-            (kinds[usize::from(how) / 2], corners)
-        }).collect();
-        lines.extend(walls.into_iter().map(|corners| wall(&corners)).filter(|line| line.1.windows(2).all(|pair| pair[0] != pair[1])));
-        let mut scene = if is_dense { Scene::on_grid(10, 10, lines) } else { Scene::in_room(10, lines) };
+    fn blocks_and_walls_on_grids(mut scene in scene::blocks_and_walls(0..7, &scene::KINDS), seed in any::<u64>()) {
         scene.sites = vec![at(0, 0), at(3, 3), at(7, 2), at(10, 10), at(5, 5), at(5, 5), at(2, 8)];
-        scene.exterior_is_hole = exterior_is_hole;
         check(&scene, 5, &[[4, 9, 40][scene.lines.len() % 3], 1 << 16], seed);
     }
 
     #[test]
     fn walls_anywhere(seed in any::<u64>()) {
         let mut random = Random(seed);
-        let point = |random: &mut Random| Point::new(random.unit() * 10.0, random.unit() * 10.0);
-        let mut scene = Scene::default();
-        for _ in 0..random.below(10) {
-            let corners = (0..2 + random.below(3)).map(|_| point(&mut random)).collect();
-            scene.lines.push((LineKind::Wall, corners));
-        }
-        for _ in 0..random.below(4) {
-            let mut corners: Vec<Point> = (0..3).map(|_| point(&mut random)).collect();
-            corners.push(corners[0]);
-            scene.lines.push((LineKind::Obstacle, corners));
-        }
-        scene.points = (0..20).map(|_| point(&mut random)).collect();
+        let mut scene = Scene::triangles_anywhere(&mut random);
         scene.sites = scene.points[..6].to_vec();
         check(&scene, 6, &[4, 1 << 16], seed);
     }
@@ -271,34 +210,23 @@ proptest! {
 /// Lengths with six digits that others computed.
 #[test]
 fn bounds_on_the_map_of_a_game() {
-    let lengths = rows(&fs::read_to_string(data("arena/arena_lengths.csv")).unwrap());
     runtime().block_on(async {
-        let of_game = BuildOptions {
-            tile_vertices: 16,
-            exterior_is_hole: true,
-            ..BuildOptions::default()
-        };
-        let (_scratch, reader) = build(&data("arena/arena.poly"), of_game).await;
-        for row in &lengths {
-            let &[x, y, to_x, to_y, truth] = &row[..] else {
-                panic!("{row:?}")
-            };
+        let (_scratch, reader, lengths) = truth::game(16).await;
+        for ([from, to], truth) in lengths {
             for mode in [Mode::Fast, Mode::Within(0.05)] {
-                let outcome = reader
-                    .shortest_path(Point::new(x, y), Point::new(to_x, to_y), options(mode).certified())
-                    .await
-                    .unwrap();
+                let told = format!("{mode:?}, {from:?} to {to:?}");
+                let outcome = reader.shortest_path(from, to, options(mode).certified()).await.unwrap();
                 let PathOutcome::Found(path) = outcome else {
-                    panic!("{row:?}: {outcome:?}")
+                    panic!("{told}: {outcome:?}")
                 };
                 let Distance { lower, upper, .. } = path.distance;
                 assert!(
                     lower <= truth * (1.0 + 1e-5) && truth * (1.0 - 1e-5) <= upper,
-                    "{row:?}: {path:?}"
+                    "{told}: {path:?}, not {truth}"
                 );
                 assert!(
                     mode == Mode::Fast || upper <= lower * 1.05 * (1.0 + 1e-12),
-                    "{row:?}: {path:?}"
+                    "{told}: {path:?}"
                 );
             }
         }
@@ -336,17 +264,7 @@ fn what_nobody_described() {
 
 #[test]
 fn the_fast_answer_comes_first() {
-    let mut scene = Scene::on_grid(
-        33,
-        33,
-        (0..36)
-            .map(|i| block([2 + 5 * (i % 6), 2 + 5 * (i / 6)], [3, 3]))
-            .collect(),
-    );
-    let mut random = Random(9);
-    scene.sites = (0..40)
-        .map(|_| at(5 * random.below(7) as i32, random.below(33) as i32))
-        .collect();
+    let scene = Scene::town_with_sites(6, 40, &mut Random(9));
     runtime().block_on(async {
         let (_scratch, reader) = scene.build(30).await;
         let tiles = reader.directory().tree.tiles();
@@ -401,13 +319,7 @@ fn the_fast_answer_comes_first() {
 
 #[test]
 fn budgets_in_every_mode() {
-    let scene = Scene::on_grid(
-        33,
-        33,
-        (0..36)
-            .map(|i| block([2 + 5 * (i % 6), 2 + 5 * (i / 6)], [3, 3]))
-            .collect(),
-    );
+    let scene = Scene::town(6);
     let (from, to) = (Point::new(0.5, 16.25), Point::new(31.5, 20.5));
     runtime().block_on(async {
         let (_scratch, reader) = scene.build(30).await;

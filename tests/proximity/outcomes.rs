@@ -9,11 +9,7 @@ use futures::{FutureExt, StreamExt, TryStreamExt};
 
 use crate::scene::{Scene, at, block, wall};
 use crate::support::{Random, runtime};
-use crate::{Walk, is_near, walk};
-
-fn length(a: Point, b: Point) -> f64 {
-    (a.x - b.x).hypot(a.y - b.y)
-}
+use crate::{Walk, is_near, length, walk};
 
 /// The distance of a point from the boundary of a rectangle that it lies in.
 fn depth(p: Point, [x, y]: [i32; 2], [width, height]: [i32; 2]) -> f64 {
@@ -58,7 +54,7 @@ fn inside_an_obstacle() {
                 else {
                     panic!("{p:?}: {found:?}")
                 };
-                assert!(is_near(length(p, free), deep), "{p:?}: {free:?}, not {deep} away");
+                assert!(is_near(length(&[p, free]), deep), "{p:?}: {free:?}, not {deep} away");
                 for (from, to) in [(p, at(0, 0)), (at(0, 0), p), (p, p)] {
                     let outcome = reader.shortest_path(from, to, QueryOptions::default()).await.unwrap();
                     assert_eq!(
@@ -111,7 +107,7 @@ fn outside_where_that_is_no_place_to_be() {
                     panic!("{p:?} is free")
                 };
                 assert!(
-                    is_near(length(p, free), length(p, expected)),
+                    is_near(length(&[p, free]), length(&[p, expected])),
                     "{p:?}: {free:?}, not {expected:?}"
                 );
             }
@@ -175,12 +171,7 @@ fn no_way_no_length_no_triangles() {
 }
 
 fn town() -> Scene {
-    let blocks = (0..36).map(|i| block([2 + 5 * (i % 6), 2 + 5 * (i / 6)], [3, 3]));
-    let mut scene = Scene::on_grid(33, 33, blocks.collect());
-    let mut random = Random(9);
-    let place = |random: &mut Random| at(5 * random.below(7) as i32, random.below(33) as i32);
-    scene.sites = (0..60).map(|_| place(&mut random)).collect();
-    scene
+    Scene::town_with_sites(6, 60, &mut Random(9))
 }
 
 /// What was found before the end stands, and the rest is as far away as was said.
@@ -287,7 +278,7 @@ fn as_the_crow_flies() {
                 .try_collect()
                 .await
                 .unwrap();
-            let mut expected: Vec<f64> = scene.sites.iter().map(|&site| length(from, site)).collect();
+            let mut expected: Vec<f64> = scene.sites.iter().map(|&site| length(&[from, site])).collect();
             expected.sort_by(f64::total_cmp);
             assert_eq!(sites.len(), expected.len());
             assert!(sites.is_sorted_by(|a, b| (a.distance, a.site) < (b.distance, b.site)));

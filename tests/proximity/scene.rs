@@ -1,9 +1,12 @@
-//! Scenes to walk in.
+//! Scenes to walk in: by hand, and at random.
+
+use std::ops::Range;
 
 use delaunay_tiles::build::{BuildOptions, Builder, Crossings, Description};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::{Cache, LineKind, LineSource, OpenOptions, TileReader};
+use proptest::prelude::*;
 
 use crate::support::{Random, Scratch, batches};
 
@@ -39,6 +42,40 @@ pub fn block([x, y]: [i32; 2], [width, height]: [i32; 2]) -> Line {
         LineKind::Obstacle,
         &[(x, y), (right, y), (right, top), (x, top), (x, y)],
     )
+}
+
+/// What blocks may be made of; all but the first are in the way.
+pub const KINDS: [LineKind; 4] = [
+    LineKind::BreakLine,
+    LineKind::Wall,
+    LineKind::Obstacle,
+    LineKind::Obstacle,
+];
+
+/// So many blocks of these kinds and walls, with corners on a grid all points of which are there, or only those of the room.
+pub fn blocks_and_walls(count: Range<usize>, kinds: &'static [LineKind]) -> impl Strategy<Value = Scene> {
+    let rectangle = (0i32..7, 0i32..7, 1i32..4, 1i32..4, 0usize..8);
+    let rectangles = prop::collection::vec(rectangle, count);
+    let walls = prop::collection::vec(prop::collection::vec((0i32..9, 0i32..9), 2..5), 0..4);
+    let parts = (rectangles, walls, prop::bool::weighted(0.2), any::<bool>());
+    parts.prop_map(|(rectangles, walls, exterior_is_hole, is_dense)| {
+        let rectangles = rectangles.into_iter();
+        let blocks = rectangles.map(|(x, y, width, height, how)| {
+            let (_, corners) = block([x, y], [width, height]);
+            (kinds[how * kinds.len() / 8], corners)
+        });
+        let walls = walls.iter().map(|corners| wall(corners));
+        let walls = walls.filter(|(_, corners)| corners.windows(2).all(|pair| pair[0] != pair[1]));
+        let lines = blocks.chain(walls).collect();
+        let scene = match is_dense {
+            true => Scene::on_grid(10, 10, lines),
+            false => Scene::in_room(10, lines),
+        };
+        Scene {
+            exterior_is_hole,
+            ..scene
+        }
+    })
 }
 
 /// Scenes with names, of what is hard.
@@ -149,6 +186,77 @@ impl Scene {
             lines,
             ..Self::default()
         }
+    }
+
+    /// Square blocks in so many rows and columns, with lanes between and around them.
+    pub fn town(across: i32) -> Self {
+        let blocks = (0..across * across).map(|i| block([2 + 5 * (i % across), 2 + 5 * (i / across)], [3, 3]));
+        let size = 5 * across + 3;
+        Self::on_grid(size, size, blocks.collect())
+    }
+
+    /// A town with so many sites beside its lanes.
+    pub fn town_with_sites(across: i32, count: usize, random: &mut Random) -> Self {
+        let mut place = |most: i32| random.below(most as usize) as i32;
+        let sites = (0..count).map(|_| at(5 * place(across + 1), place(5 * across + 3)));
+        Self {
+            sites: sites.collect(),
+            ..Self::town(across)
+        }
+    }
+
+    /// A few blocks and walls with corners on a grid, all points of which are there if it is dense.
+    pub fn few_blocks(random: &mut Random, is_dense: bool) -> Self {
+        let mut place = |most: usize| random.below(most) as i32;
+        let blocks = (0..2 + place(4)).map(|_| block([place(7), place(7)], [1 + place(3), 1 + place(3)]));
+        let mut lines: Vec<Line> = blocks.collect();
+        lines.extend((0..place(3)).map(|_| wall(&[(place(4), place(9)), (5 + place(5), place(9)), (4, 10)])));
+        match is_dense {
+            true => Self::on_grid(10, 10, lines),
+            false => Self::in_room(11, lines),
+        }
+    }
+
+    /// Walls and obstacles with three corners anywhere, and points.
+    pub fn triangles_anywhere(random: &mut Random) -> Self {
+        let point = |random: &mut Random| Point::new(random.unit() * 10.0, random.unit() * 10.0);
+        let mut this = Self::default();
+        for _ in 0..random.below(10) {
+            let corners = (0..2 + random.below(3)).map(|_| point(random)).collect();
+            this.lines.push((LineKind::Wall, corners));
+        }
+        for _ in 0..random.below(4) {
+            let mut corners: Vec<Point> = (0..3).map(|_| point(random)).collect();
+            corners.push(corners[0]);
+            this.lines.push((LineKind::Obstacle, corners));
+        }
+        this.points = (0..20).map(|_| point(random)).collect();
+        this
+    }
+
+    /// Obstacles with many corners anywhere, polylines of these kinds through them, and points.
+    pub fn polygons_anywhere(random: &mut Random, kinds: &[LineKind]) -> Self {
+        let mut this = Self::default();
+        for _ in 0..2 + random.below(4) {
+            let (x, y, size) = (random.unit() * 10.0, random.unit() * 10.0, 0.5 + 2.0 * random.unit());
+            let corners = 3 + random.below(6);
+            let corner = |i: usize, far: f64| {
+                let turn = std::f64::consts::TAU * i as f64 / corners as f64;
+                Point::new(x + far * turn.cos(), y + far * turn.sin())
+            };
+            let ring = (0..corners).map(|i| corner(i, size * (0.3 + random.unit())));
+            let mut ring: Vec<Point> = ring.collect();
+            ring.push(ring[0]);
+            this.lines.push((LineKind::Obstacle, ring));
+        }
+        for _ in 0..random.below(8) {
+            let corners = (0..2 + random.below(3)).map(|_| Point::new(random.unit() * 10.0, random.unit() * 10.0));
+            let corners = corners.collect();
+            this.lines.push((kinds[random.below(kinds.len())], corners));
+        }
+        let points = (0..20).map(|_| Point::new(random.unit() * 12.0 - 1.0, random.unit() * 12.0 - 1.0));
+        this.points = points.collect();
+        this
     }
 
     pub async fn build(&self, tile_vertices: usize) -> (Scratch, TileReader) {

@@ -15,10 +15,10 @@ use futures::TryStreamExt;
 use crate::support::oracle::Walk;
 use crate::support::places::{data, shared};
 use crate::support::{Scratch, runtime};
-use crate::{is_near, walk};
+use crate::{is_near, same, walk};
 
 /// Builds from a PSLG of walls with hole points.
-pub async fn build(file: &Path, options: BuildOptions) -> (Scratch, TileReader) {
+async fn build(file: &Path, options: BuildOptions) -> (Scratch, TileReader) {
     let scratch = Scratch::new();
     let mut builder = Builder::new(&scratch.path, options).unwrap();
     let mut batch = SegmentBatch::default();
@@ -37,14 +37,64 @@ pub async fn build(file: &Path, options: BuildOptions) -> (Scratch, TileReader) 
     (scratch, reader)
 }
 
+/// The map of a game in such tiles, and the lengths of shortest paths on it, with six digits.
+pub async fn game(tile_vertices: usize) -> (Scratch, TileReader, Vec<([Point; 2], f64)>) {
+    let options = BuildOptions {
+        tile_vertices,
+        exterior_is_hole: true,
+        ..BuildOptions::default()
+    };
+    let (scratch, reader) = build(&data("arena/arena.poly"), options).await;
+    let lengths = rows(&fs::read_to_string(data("arena/arena_lengths.csv")).unwrap());
+    let length = |row: Vec<f64>| match row[..] {
+        [x, y, to_x, to_y, length] => ([Point::new(x, y), Point::new(to_x, to_y)], length),
+        _ => panic!("{row:?}"),
+    };
+    let lengths: Vec<_> = lengths.into_iter().map(length).collect();
+    assert_eq!(lengths.len(), 160);
+    (scratch, reader, lengths)
+}
+
+/// A place among islands, and a target with its distance.
+#[derive(Debug)]
+pub struct Sight {
+    pub query: f64,
+    pub from: Point,
+    pub to: Point,
+    pub distance: f64,
+}
+
+/// Islands in such tiles, and distances between 40 places and 150 targets each, of which three in four are hidden; none if they
+/// are not here.
+pub async fn islands(tile_vertices: usize) -> Option<(Scratch, TileReader, Vec<Sight>)> {
+    let (islands, truth) = (
+        shared("indonesia/group1_dense_small.poly")?,
+        shared("indonesia/group1_truth.csv.gz")?,
+    );
+    let options = BuildOptions {
+        tile_vertices,
+        ..BuildOptions::default()
+    };
+    let (scratch, reader) = build(&islands, options).await;
+    let sight = |row: Vec<f64>| Sight {
+        query: row[0],
+        from: Point::new(row[1], row[2]),
+        to: Point::new(row[4], row[5]),
+        distance: row[7],
+    };
+    let sights: Vec<Sight> = rows(&unzipped(truth).unwrap()).into_iter().map(sight).collect();
+    assert_eq!(sights.len(), 6000);
+    Some((scratch, reader, sights))
+}
+
 /// The numbers of a table with a header.
-pub fn rows(text: &str) -> Vec<Vec<f64>> {
+fn rows(text: &str) -> Vec<Vec<f64>> {
     let rows = text.lines().skip(1);
     rows.map(|row| row.split(',').map(|cell| cell.parse().unwrap()).collect())
         .collect()
 }
 
-pub fn unzipped(path: PathBuf) -> io::Result<String> {
+fn unzipped(path: PathBuf) -> io::Result<String> {
     let mut text = String::new();
     GzDecoder::new(BufReader::new(File::open(path)?)).read_to_string(&mut text)?;
     Ok(text)
@@ -59,71 +109,47 @@ pub fn is_printed(length: f64, printed: f64) -> bool {
 
 #[test]
 fn paths_on_the_map_of_a_game() {
-    let lengths = rows(&fs::read_to_string(data("arena/arena_lengths.csv")).unwrap());
-    assert_eq!(lengths.len(), 160);
     for tile_vertices in [8, 1 << 16] {
         runtime().block_on(async {
-            let options = BuildOptions {
-                tile_vertices,
-                exterior_is_hole: true,
-                ..BuildOptions::default()
-            };
-            let (_scratch, reader) = build(&data("arena/arena.poly"), options).await;
-            for row in &lengths {
-                let &[x, y, to_x, to_y, expected] = &row[..] else {
-                    panic!("{row:?}")
-                };
-                for [from, to] in
-                    [[x, y, to_x, to_y], [to_x, to_y, x, y]].map(|[x, y, u, v]| [Point::new(x, y), Point::new(u, v)])
-                {
+            let (_scratch, reader, lengths) = game(tile_vertices).await;
+            for ([a, b], expected) in lengths {
+                for [from, to] in [[a, b], [b, a]] {
                     let Walk::Length(length) = walk(&reader, from, to).await else {
-                        panic!("{row:?}: there is no path")
+                        panic!("there is no path from {from:?} to {to:?}")
                     };
-                    assert!(is_printed(length, expected), "{row:?}: {length}");
+                    assert!(
+                        is_printed(length, expected),
+                        "{from:?} to {to:?}: {length}, not {expected}"
+                    );
                 }
             }
         });
     }
 }
 
-/// 40 places and 150 targets each, of which three in four are hidden.
 #[test]
 fn distances_among_islands() {
-    let (Some(islands), Some(truth)) = (
-        shared("indonesia/group1_dense_small.poly"),
-        shared("indonesia/group1_truth.csv.gz"),
-    ) else {
-        return;
-    };
-    let truth = rows(&unzipped(truth).unwrap());
-    assert_eq!(truth.len(), 6000);
     for tile_vertices in [64, 1 << 16] {
         runtime().block_on(async {
-            let options = BuildOptions {
-                tile_vertices,
-                ..BuildOptions::default()
+            let Some((_scratch, reader, sights)) = islands(tile_vertices).await else {
+                return;
             };
-            let (_scratch, reader) = build(&islands, options).await;
-            for of_query in truth.chunk_by(|a, b| a[0] == b[0]) {
-                let from = Point::new(of_query[0][1], of_query[0][2]);
-                let to: Vec<Point> = of_query.iter().map(|row| Point::new(row[4], row[5])).collect();
-                let found = reader.shortest_paths(from, to.clone(), QueryOptions::default());
+            for of_query in sights.chunk_by(|a, b| a.query == b.query) {
+                let from = of_query[0].from;
+                let to: Vec<Point> = of_query.iter().map(|sight| sight.to).collect();
+                let found = reader.shortest_paths(from, to, QueryOptions::default());
                 let found: Vec<_> = found.try_collect().await.unwrap();
-                assert_eq!(found.len(), to.len());
+                assert_eq!(found.len(), of_query.len());
                 for (place, path) in found {
-                    let expected = of_query[place][7];
+                    let expected = &of_query[place];
                     assert!(
-                        is_near(path.distance.value, expected),
-                        "{:?}: {path:?}",
-                        of_query[place]
+                        is_near(path.distance.value, expected.distance),
+                        "{expected:?}: {path:?}"
                     );
                 }
-                for row in of_query.iter().step_by(7) {
-                    let found = walk(&reader, from, Point::new(row[4], row[5])).await;
-                    assert!(
-                        matches!(found, Walk::Length(length) if is_near(length, row[7])),
-                        "{row:?}: {found:?}"
-                    );
+                for sight in of_query.iter().step_by(7) {
+                    let found = walk(&reader, from, sight.to).await;
+                    assert!(same(found, Walk::Length(sight.distance)), "{sight:?}: {found:?}");
                 }
             }
         });

@@ -36,3 +36,4 @@ pub use kind::{Kind, UnknownKind};
 pub use long::LongSegments;
 pub use points::{Points, Points3, points, points3};
 pub use pslg::{Pslg, PslgPoints, Unsupported};
+pub use random::mix;

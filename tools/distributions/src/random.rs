@@ -71,9 +71,9 @@ fn unit_of(bits: u64) -> f64 {
     (bits >> 11) as f64 * ULP
 }
 
-/// Scrambles 64 bits one to one (finalizer of SplitMix64).
+/// Scrambles 64 bits one to one (the finalizer of `SplitMix64`: Steele, Lea and Flood 2014).
 #[inline]
-pub(crate) fn mix(x: u64) -> u64 {
+pub fn mix(x: u64) -> u64 {
     let x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
     x ^ x >> 31

@@ -140,7 +140,9 @@ async fn ask(bytes: Vec<u8>) {
         }
         let _ = reader.cdt_distance(from, to, options()).await;
         for method in [
-            Method::Visibility { stretch: 2.42 },
+            Method::Visibility {
+                stretch: Method::STRETCH,
+            },
             Method::EuclidZhang,
             Method::EuclidXia,
         ] {

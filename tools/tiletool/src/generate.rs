@@ -373,6 +373,7 @@ pub fn parse_count(text: &str) -> anyhow::Result<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::common::names;
     use clap::{CommandFactory, Parser};
 
     #[derive(Parser)]
@@ -398,15 +399,6 @@ mod tests {
             .chunks(8)
             .map(|b| f64::from_le_bytes(b.try_into().unwrap()))
             .collect()
-    }
-
-    fn names(folder: &Path) -> Vec<String> {
-        let entries = fs::read_dir(folder).unwrap();
-        let mut names: Vec<String> = entries
-            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .collect();
-        names.sort();
-        names
     }
 
     /// Accepts so many bytes, then fails in the given way.

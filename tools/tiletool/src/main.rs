@@ -1,4 +1,4 @@
-//! The command line of delaunay-tiles: one file per command.
+//! The command line of delaunay-tiles: a file or a folder per command.
 
 mod against;
 mod bench;

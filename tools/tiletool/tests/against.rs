@@ -1,11 +1,12 @@
 //! `verify` with the lines and sites of a build: what is compared, and what is said of input that is another.
 
+mod support;
+
 use std::fmt::Write;
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
 
 use serde_json::Value;
+use support::data;
 use tempfile::TempDir;
 
 struct Scratch(TempDir);
@@ -19,38 +20,22 @@ impl Scratch {
         fs::write(self.0.path().join(name), content).unwrap();
     }
 
-    fn run(&self, args: &str) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_tiletool"));
-        command.current_dir(self.0.path()).args(args.split(' '));
-        command.output().unwrap()
-    }
-
     /// Runs a command that must succeed, and gives what it prints.
     #[track_caller]
     fn ok(&self, args: &str) -> String {
-        let output = self.run(args);
-        let errors = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{args}: {errors}");
-        String::from_utf8(output.stdout).unwrap()
+        support::run(self.0.path(), args)
     }
 
     #[track_caller]
     fn json(&self, args: &str) -> Value {
-        serde_json::from_str(&self.ok(&format!("{args} --json"))).unwrap()
+        support::json(self.0.path(), &format!("{args} --json"))
     }
 
     /// Runs a command that must fail, and gives what it complains of.
     #[track_caller]
     fn fails(&self, args: &str) -> String {
-        let output = self.run(args);
-        assert_eq!(output.status.code(), Some(1), "{args}");
-        String::from_utf8(output.stderr).unwrap()
+        support::fails(self.0.path(), 1, args)
     }
-}
-
-fn data(name: &str) -> String {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data");
-    folder.join(name).to_str().unwrap().to_owned()
 }
 
 const HOUSES: &str = r#"{"type": "FeatureCollection", "features": [

@@ -1,37 +1,36 @@
 //! Which I/O backend reads a file, and what is said of it.
 
+mod support;
+
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
 use serde_json::Value;
+use support::{complaint, printed};
 use tempfile::TempDir;
 
-fn tiletool(folder: &Path, backend: &str, args: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tiletool"));
-    command.env("DELAUNAY_TILES_IO", backend).current_dir(folder);
-    command.args(args.split(' ')).output().unwrap()
-}
-
-fn text(output: Output) -> String {
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
+/// The tool with a backend.
+fn tiletool(folder: &Path, backend: &str, args: &str) -> Command {
+    let mut command = support::tiletool(folder, args);
+    command.env("DELAUNAY_TILES_IO", backend);
+    command
 }
 
 /// What `inspect --json` says of the backend and its choice.
 fn inspect(folder: &Path, backend: &str) -> (String, Option<String>) {
-    let json: Value = serde_json::from_str(&text(tiletool(folder, backend, "inspect p.tiles --json"))).unwrap();
+    let json: Value = serde_json::from_str(&printed(tiletool(folder, backend, "inspect p.tiles --json"))).unwrap();
     let note = json["backend_note"].as_str().map(str::to_owned);
     (json["backend"].as_str().unwrap().to_owned(), note)
 }
 
 fn scratch() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    text(tiletool(
+    printed(tiletool(
         folder.path(),
         "",
         "generate uniform -n 1000 --seed 1 -o p.f64",
     ));
-    text(tiletool(folder.path(), "", "build p.f64 -o p.tiles"));
+    printed(tiletool(folder.path(), "", "build p.f64 -o p.tiles"));
     folder
 }
 
@@ -41,11 +40,9 @@ fn the_environment_names_the_backend() {
     let folder = scratch.path();
     assert_eq!(inspect(folder, "threads"), ("threads".to_owned(), None));
     assert_eq!(inspect(folder, ""), inspect(folder, "auto"));
-    let digest = |backend| text(tiletool(folder, backend, "digest p.tiles"));
+    let digest = |backend| printed(tiletool(folder, backend, "digest p.tiles"));
     assert_eq!(digest("threads"), digest("auto"));
-    let wrong = tiletool(folder, "Threads", "inspect p.tiles");
-    assert_eq!(wrong.status.code(), Some(1));
-    let error = String::from_utf8(wrong.stderr).unwrap();
+    let error = complaint(tiletool(folder, "Threads", "inspect p.tiles"), 1);
     for part in ["p.tiles", "DELAUNAY_TILES_IO", "`Threads`", "auto, uring and threads"] {
         assert!(error.contains(part), "{part} is missing: {error}");
     }
@@ -75,13 +72,11 @@ fn inspect_says_why_there_is_no_ring() {
     let (backend, note) = inspect(folder, "auto");
     assert_eq!(backend, "threads");
     assert!(note.unwrap().contains("refuses an io_uring: Operation not permitted"));
-    let summary = text(tiletool(folder, "auto", "inspect p.tiles"));
+    let summary = printed(tiletool(folder, "auto", "inspect p.tiles"));
     assert!(summary.contains("threads: the system refuses an io_uring"), "{summary}");
-    text(tiletool(folder, "auto", "verify --deep p.tiles"));
+    printed(tiletool(folder, "auto", "verify --deep p.tiles"));
 
-    let refused = tiletool(folder, "uring", "inspect p.tiles");
-    assert_eq!(refused.status.code(), Some(1));
-    let error = String::from_utf8(refused.stderr).unwrap();
+    let error = complaint(tiletool(folder, "uring", "inspect p.tiles"), 1);
     assert!(
         error.contains("p.tiles") && error.contains("backends threads and auto do without"),
         "{error}"

@@ -1,29 +1,18 @@
 //! `tiletool bench read`: what it prints, on a small file.
 
-use std::path::Path;
-use std::process::{Command, Output};
+mod support;
 
 use serde_json::Value;
-
-fn tiletool(folder: &Path, args: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tiletool"));
-    command.current_dir(folder).args(args.split(' ')).output().unwrap()
-}
-
-fn text(folder: &Path, args: &str) -> String {
-    let output = tiletool(folder, args);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
+use support::{fails, json, run};
 
 #[test]
 fn each_backend_beside_the_device() {
     let scratch = tempfile::tempdir().unwrap();
     let folder = scratch.path();
-    text(folder, "generate uniform -n 50000 --seed 1 -o p.f64");
-    text(folder, "build p.f64 -o p.tiles --tile-vertices 2000");
+    run(folder, "generate uniform -n 50000 --seed 1 -o p.f64");
+    run(folder, "build p.f64 -o p.tiles --tile-vertices 2000");
     let args = "bench read p.tiles --rounds 2 --backends threads,mmap";
-    let json: Value = serde_json::from_str(&text(folder, &format!("{args} --json"))).unwrap();
+    let json = json(folder, &format!("{args} --json"));
     assert_eq!((&json["file"], &json["rounds"]), (&"p.tiles".into(), &2.into()));
     assert!(json["all_caches_dropped"].is_boolean());
     let backends = json["backends"].as_array().unwrap();
@@ -53,7 +42,7 @@ fn each_backend_beside_the_device() {
         }
         None => assert!(json["note"].as_str().unwrap().contains("past the page cache")),
     }
-    let table = text(folder, args);
+    let table = run(folder, args);
     for part in ["medians of 2 rounds", "threads", "mmap", "cores busy", "cold: "] {
         assert!(table.contains(part), "{part} is missing: {table}");
     }
@@ -62,14 +51,12 @@ fn each_backend_beside_the_device() {
 #[test]
 fn what_cannot_be_measured_is_told() {
     let scratch = tempfile::tempdir().unwrap();
-    let missing = tiletool(scratch.path(), "bench read none.tiles");
-    assert_eq!(missing.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&missing.stderr).contains("none.tiles"));
+    assert!(fails(scratch.path(), 1, "bench read none.tiles").contains("none.tiles"));
     for args in [
         "bench read p.tiles --backends tape",
         "bench read p.tiles --rounds 0",
         "bench",
     ] {
-        assert_eq!(tiletool(scratch.path(), args).status.code(), Some(2), "{args}");
+        fails(scratch.path(), 2, args);
     }
 }

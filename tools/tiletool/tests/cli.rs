@@ -1,12 +1,15 @@
 //! The tool as its user meets it: build, verify and digest from files and pipes, mistakes, interruptions.
 
+mod support;
+
 use std::fs;
 use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
+use support::{complaint, data, errors, names, printed};
 use tempfile::TempDir;
 
 /// A scratch folder to run the tool in.
@@ -26,45 +29,29 @@ impl Scratch {
     }
 
     fn command(&self, args: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_tiletool"));
-        command.current_dir(self.0.path()).args(args).stdin(Stdio::null());
-        command
-    }
-
-    fn run(&self, args: &[&str]) -> Output {
-        self.command(args).output().unwrap()
+        support::command(self.0.path(), args)
     }
 
     /// Runs a command that must succeed, and gives what it prints.
+    #[track_caller]
     fn ok(&self, args: &[&str]) -> String {
-        let output = self.run(args);
-        let errors = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{args:?}: {errors}");
-        String::from_utf8(output.stdout).unwrap()
+        printed(self.command(args))
     }
 
+    #[track_caller]
     fn json(&self, args: &[&str]) -> Value {
         serde_json::from_str(&self.ok(args)).unwrap()
     }
 
     /// Runs a command that must fail with this exit code, and gives what it complains of.
+    #[track_caller]
     fn fails(&self, code: i32, args: &[&str]) -> String {
-        let output = self.run(args);
-        assert_eq!(output.status.code(), Some(code), "{args:?}");
-        String::from_utf8(output.stderr).unwrap()
+        complaint(self.command(args), code)
     }
 
     fn names(&self) -> Vec<String> {
-        let entries = fs::read_dir(self.0.path()).unwrap();
-        let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-        names.sort_unstable();
-        names
+        names(self.0.path())
     }
-}
-
-fn data(name: &str) -> String {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data");
-    folder.join(name).to_str().unwrap().to_owned()
 }
 
 #[test]
@@ -367,7 +354,7 @@ fn a_damaged_tile_is_named() {
     scratch.write("broken.tiles", &bytes);
     let error = scratch.fails(1, &["verify", "broken.tiles"]);
     assert!(error.contains("tile 0 at byte 8192"), "{error}");
-    let output = scratch.run(&["verify", "broken.tiles", "--json"]);
+    let output = scratch.command(&["verify", "broken.tiles", "--json"]).output().unwrap();
     assert_eq!(output.status.code(), Some(1));
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["ok"], false);
@@ -402,12 +389,7 @@ fn an_interrupted_build_leaves_nothing() {
     assert!(kill.success());
     let output = child.wait_with_output().unwrap();
     drop(stdin);
-    assert_eq!(
-        output.status.code(),
-        Some(1),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    assert!(String::from_utf8_lossy(&output.stderr).contains("interrupted"));
+    assert_eq!(output.status.code(), Some(1), "{}", errors(&output));
+    assert!(errors(&output).contains("interrupted"), "{}", errors(&output));
     assert_eq!(scratch.names(), [""; 0]);
 }

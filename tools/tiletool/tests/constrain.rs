@@ -3,25 +3,18 @@
 mod support;
 
 use std::fs;
-use std::path::Path;
-use std::process::Stdio;
-use std::thread;
 use std::time::Instant;
 
-use serde_json::Value;
-use support::{errors, run, tiletool};
-
-fn fails(folder: &Path, args: &str) -> String {
-    let output = tiletool(folder, args).output().unwrap();
-    assert_eq!(output.status.code(), Some(1), "{args}");
-    errors(&output)
-}
+use support::{data, fails, json, kill_after, run, tiletool};
 
 /// Islands as holes of a file of their corners, and of one that knew them from the start.
 fn islands() -> tempfile::TempDir {
     let scratch = tempfile::tempdir().unwrap();
-    let islands = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/indonesia/indonesia_ne10m.geojson");
-    fs::copy(islands, scratch.path().join("islands.geojson")).unwrap();
+    fs::copy(
+        data("indonesia/indonesia_ne10m.geojson"),
+        scratch.path().join("islands.geojson"),
+    )
+    .unwrap();
     run(
         scratch.path(),
         "build islands.geojson -o points.tiles --tile-vertices 700",
@@ -37,8 +30,7 @@ fn islands() -> tempfile::TempDir {
 fn islands_become_holes_of_a_file_of_points() {
     let scratch = islands();
     let folder = scratch.path();
-    let text = run(folder, "constrain points.tiles --obstacles islands.geojson --json");
-    let summary: Value = serde_json::from_str(&text).unwrap();
+    let summary = json(folder, "constrain points.tiles --obstacles islands.geojson --json");
     assert_eq!(summary["hole_regions"], 339);
     assert_eq!(summary["hole_triangles"], 22_863);
     assert_eq!(run(folder, "digest points.tiles"), run(folder, "digest whole.tiles"));
@@ -46,8 +38,7 @@ fn islands_become_holes_of_a_file_of_points() {
         folder,
         "verify --deep points.tiles --against islands.geojson --obstacles islands.geojson",
     );
-    let text = run(folder, "compact points.tiles --json");
-    let bytes: Value = serde_json::from_str(&text).unwrap();
+    let bytes = json(folder, "compact points.tiles --json");
     assert!(bytes["bytes_after"].as_u64() < bytes["bytes_before"].as_u64());
     run(folder, "verify --deep points.tiles");
     assert_eq!(run(folder, "digest points.tiles"), run(folder, "digest whole.tiles"));
@@ -70,7 +61,7 @@ fn mistakes() {
         ("compact points.tiles -o whole.tiles", "whole.tiles exists"),
         ("compact islands.geojson", "it is no tile file"),
     ] {
-        let error = fails(folder, args);
+        let error = fails(folder, 1, args);
         assert!(error.contains(says), "{args}: {error}");
     }
     assert_eq!(fs::read(folder.join("points.tiles")).unwrap(), before);
@@ -90,13 +81,8 @@ fn an_edit_that_is_killed_at_any_moment_happened_or_not() {
         fs::write(folder.join("points.tiles"), &before).unwrap();
         // Once more after a kill: what that left is in nobody's way.
         for moment in [kill as f64 / 22.0, 0.5] {
-            let mut child = tiletool(folder, "constrain points.tiles --obstacles islands.geojson --quiet")
-                .stderr(Stdio::null())
-                .spawn()
-                .unwrap();
-            thread::sleep(took.mul_f64(moment));
-            let _ = child.kill();
-            child.wait().unwrap();
+            let edit = tiletool(folder, "constrain points.tiles --obstacles islands.geojson --quiet");
+            kill_after(edit, took.mul_f64(moment));
             let found = run(folder, "digest points.tiles");
             assert!(
                 found == points || found == whole,

@@ -11,7 +11,7 @@ use std::thread;
 use std::time::Duration;
 
 use rustix::process::{Pid, Signal, kill_process};
-use support::{errors, run, tiletool};
+use support::{errors, fails, names, printed, run, tiletool};
 
 /// The rows of a CSV file whose fields have no commas, by column.
 fn rows(path: &Path) -> Vec<HashMap<String, String>> {
@@ -26,15 +26,6 @@ fn rows(path: &Path) -> Vec<HashMap<String, String>> {
             columns.iter().cloned().zip(fields).collect()
         })
         .collect()
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).unwrap();
-    let mut names: Vec<String> = entries
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.sort();
-    names
 }
 
 /// Every picture that a page shows is there, and is what its name says.
@@ -150,11 +141,8 @@ fn a_program_that_is_installed_is_a_peer() {
     folders.extend(std::env::split_paths(&std::env::var_os("PATH").unwrap()));
     let args = "experiment build -o results --distributions uniform --sizes 300 --alphas 0.5 --peers triangle";
     let mut command = tiletool(scratch.path(), args);
-    let output = command
-        .env("PATH", std::env::join_paths(folders).unwrap())
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", errors(&output));
+    command.env("PATH", std::env::join_paths(folders).unwrap());
+    printed(command);
     let rows = rows(&scratch.path().join("results/builds.csv"));
     let ended: Vec<_> = rows
         .iter()
@@ -303,9 +291,8 @@ fn what_cannot_be_is_told_before_anything_is_measured() {
             "file is no GeoJSON",
         ),
     ] {
-        let output = tiletool(folder, args).output().unwrap();
-        assert_eq!(output.status.code(), Some(1), "{args}: {}", errors(&output));
-        assert!(errors(&output).contains(complaint), "{args}: {}", errors(&output));
+        let error = fails(folder, 1, args);
+        assert!(error.contains(complaint), "{args}: {error}");
     }
     assert_eq!(fs::read(folder.join("file")).unwrap(), b"mine");
     for made in ["huge", "small"] {
@@ -327,8 +314,7 @@ fn what_cannot_be_is_told_before_anything_is_measured() {
         "experiment stretch p.geojson -o x --within 1,2,0,3",
         "experiment build -o x --pictures gif",
     ] {
-        let output = tiletool(folder, args).output().unwrap();
-        assert_eq!(output.status.code(), Some(2), "{args}: {}", errors(&output));
+        fails(folder, 2, args);
         assert!(!folder.join("x").exists());
     }
 }

@@ -1,34 +1,19 @@
 //! `tiletool export` from end to end: what it prints, and what it leaves behind.
 
+mod support;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
+use support::{json, names, run};
 use tempfile::TempDir;
-
-fn tiletool(folder: &Path, args: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tiletool"));
-    command.current_dir(folder).args(args.split(' ')).output().unwrap()
-}
-
-fn succeeds(folder: &Path, args: &str) -> String {
-    let output = tiletool(folder, args);
-    assert!(
-        output.status.success(),
-        "{args}: {}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    String::from_utf8(output.stdout).unwrap()
-}
 
 fn fails(folder: &Path, args: &str, expected: &str) {
     ends(folder, args, 1, expected);
 }
 
 fn ends(folder: &Path, args: &str, code: i32, expected: &str) {
-    let output = tiletool(folder, args);
-    let error = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(code), "{args}: {error}");
+    let error = support::fails(folder, code, args);
     assert!(error.contains(expected), "{args}: {error}");
 }
 
@@ -36,17 +21,8 @@ fn ends(folder: &Path, args: &str, code: i32, expected: &str) {
 fn scratch() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("a.xyz"), "0 0\n4 0\n0 4\n4 4\n2 2\n").unwrap();
-    succeeds(folder.path(), "build a.xyz -o a.tiles --tile-vertices 4 --quiet");
+    run(folder.path(), "build a.xyz -o a.tiles --tile-vertices 4 --quiet");
     folder
-}
-
-fn files(folder: &Path) -> Vec<String> {
-    let files = fs::read_dir(folder)
-        .unwrap()
-        .map(|file| file.unwrap().file_name().into_string().unwrap());
-    let mut files: Vec<_> = files.collect();
-    files.sort_unstable();
-    files
 }
 
 #[test]
@@ -54,7 +30,7 @@ fn outputs_are_replaced() {
     let folder = scratch();
     let folder = folder.path();
     fs::write(folder.join("out.ply"), "old").unwrap();
-    let printed = succeeds(folder, "export a.tiles -o out.ply");
+    let printed = run(folder, "export a.tiles -o out.ply");
     assert!(printed.starts_with("out.ply: 5 vertices, 4 triangles; "), "{printed}");
     assert!(fs::read(folder.join("out.ply")).unwrap().starts_with(b"ply\n"));
     for (output, node, ele) in [
@@ -62,7 +38,7 @@ fn outputs_are_replaced() {
         ("c.ele", "c.node", "c.ele"),
         ("d.v2 --format node", "d.v2.node", "d.v2.ele"),
     ] {
-        succeeds(folder, &format!("export a.tiles -o {output}"));
+        run(folder, &format!("export a.tiles -o {output}"));
         assert!(fs::read_to_string(folder.join(node)).unwrap().contains("\n5 2 0 0\n"));
         assert!(fs::read_to_string(folder.join(ele)).unwrap().contains("\n4 3 0\n"));
     }
@@ -77,14 +53,13 @@ fn outputs_are_replaced() {
         "d.v2.node",
         "out.ply",
     ];
-    assert_eq!(files(folder), expected);
+    assert_eq!(names(folder), expected);
 }
 
 #[test]
 fn the_summary_for_programs() {
     let folder = scratch();
-    let printed = succeeds(folder.path(), "export a.tiles -o b.node --json");
-    let mut summary: serde_json::Value = serde_json::from_str(&printed).unwrap();
+    let mut summary = json(folder.path(), "export a.tiles -o b.node --json");
     let peak = summary.as_object_mut().unwrap().remove("peak_memory_bytes").unwrap();
     assert!(peak.as_u64().is_none_or(|peak| peak > 0));
     let length = |name| fs::metadata(folder.path().join(name)).unwrap().len();
@@ -98,10 +73,10 @@ fn standard_output() {
     let folder = scratch();
     let folder = folder.path();
     for format in ["ply", "obj", "geojson"] {
-        succeeds(folder, &format!("export a.tiles -o b.{format}"));
-        let output = tiletool(folder, &format!("export a.tiles -o - --format {format}"));
-        assert!(output.status.success());
-        assert_eq!(output.stdout, fs::read(folder.join(format!("b.{format}"))).unwrap());
+        run(folder, &format!("export a.tiles -o b.{format}"));
+        let printed = run(folder, &format!("export a.tiles -o - --format {format}"));
+        let written = fs::read_to_string(folder.join(format!("b.{format}"))).unwrap();
+        assert!(printed == written, "{format}");
     }
     ends(folder, "export a.tiles -o -", 2, "choose a --format");
     ends(folder, "export a.tiles -o - --format node", 2, "2 files");
@@ -112,7 +87,7 @@ fn failures_leave_nothing() {
     let folder = scratch();
     let folder = folder.path();
     fs::create_dir(folder.join("folder.ply")).unwrap();
-    let before = files(folder);
+    let before = names(folder);
     ends(
         folder,
         "export a.tiles -o b.stl",
@@ -127,20 +102,20 @@ fn failures_leave_nothing() {
     fails(folder, "export a.tiles -o folder.ply", "folder.ply is a folder");
     fails(folder, "export a.tiles -o a.tiles --format ply", "the tile file itself");
     fails(folder, "export a.tiles -o ../ --format ply", "is a folder");
-    assert_eq!(files(folder), before);
+    assert_eq!(names(folder), before);
     // A tile is damaged: what stood there stays.
     let mut bytes = fs::read(folder.join("a.tiles")).unwrap();
     bytes[8192 + 60] ^= 1;
     fs::write(folder.join("a.tiles"), bytes).unwrap();
     fs::write(folder.join("b.ply"), "old").unwrap();
-    let before = files(folder);
+    let before = names(folder);
     fails(folder, "export a.tiles -o b.ply", "tile 0 at byte 8192 is damaged");
     fails(
         folder,
         "export a.tiles -o c --format node",
         "tile 0 at byte 8192 is damaged",
     );
-    assert_eq!(files(folder), before);
+    assert_eq!(names(folder), before);
     assert_eq!(fs::read(folder.join("b.ply")).unwrap(), b"old");
 }
 
@@ -150,12 +125,12 @@ fn links_and_devices() {
     let folder = scratch();
     let folder = folder.path();
     fails(folder, "export a.tiles -o /dev/full --format ply", "No space left");
-    succeeds(folder, "export a.tiles -o /dev/null --format obj");
+    run(folder, "export a.tiles -o /dev/null --format obj");
     fs::create_dir(folder.join("there")).unwrap();
     fs::write(folder.join("there/b.obj"), "old").unwrap();
     std::os::unix::fs::symlink("there/b.obj", folder.join("link.obj")).unwrap();
-    succeeds(folder, "export a.tiles -o link.obj");
+    run(folder, "export a.tiles -o link.obj");
     assert!(fs::symlink_metadata(folder.join("link.obj")).unwrap().is_symlink());
     assert!(fs::read_to_string(folder.join("there/b.obj")).unwrap().ends_with('\n'));
-    assert_eq!(files(&folder.join("there")), ["b.obj"]);
+    assert_eq!(names(&folder.join("there")), ["b.obj"]);
 }

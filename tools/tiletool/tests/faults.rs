@@ -8,9 +8,9 @@ mod support;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
-use support::{errors, run};
+use support::{errors, run, tiletool};
 
 /// Most runs with calls that go wrong in one way; of more calls every few are tried.
 const MOST: u64 = 40;
@@ -52,10 +52,8 @@ impl Trial {
     /// Runs it once; the number of calls, and whether one went wrong.
     fn once(&self, at: u64, way: &str) -> (Output, u64, bool) {
         let report = self.path().join("report");
-        let mut command = Command::new(env!("CARGO_BIN_EXE_tiletool"));
+        let mut command = tiletool(self.path(), self.args);
         let output = command
-            .current_dir(self.path())
-            .args(self.args.split(' '))
             .env("LD_PRELOAD", faults())
             .env("FAULTS_AT", at.to_string())
             .env("FAULTS_WAY", way)

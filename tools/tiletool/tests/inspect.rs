@@ -1,13 +1,16 @@
 //! `tiletool inspect`, run as a program.
 
+mod support;
+
 use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
 use resvg::tiny_skia::Pixmap;
 use resvg::usvg::{Options, Tree};
 use serde_json::Value;
+use support::{command, complaint, errors, names, printed};
 use tempfile::TempDir;
 
 /// A folder with a tile file in it.
@@ -16,20 +19,8 @@ struct Case {
     file: PathBuf,
 }
 
-fn tiletool(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tiletool"));
-    command.args(arguments).output().unwrap()
-}
-
 fn text_of(path: &Path) -> &str {
     path.to_str().unwrap()
-}
-
-/// What a command that succeeds prints.
-fn stdout(output: Output) -> String {
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{}: {error}", output.status);
-    String::from_utf8(output.stdout).unwrap()
 }
 
 impl Case {
@@ -39,16 +30,16 @@ impl Case {
         let (input, file) = (folder.path().join("points.txt"), folder.path().join("map.tiles"));
         fs::write(&input, lines.join("\n")).unwrap();
         let limit = tile_vertices.to_string();
-        let (from, to) = (text_of(&input), text_of(&file));
-        stdout(tiletool(&[
+        let build = [
             "build",
-            from,
+            "points.txt",
             "-o",
-            to,
+            "map.tiles",
             "--tile-vertices",
             &limit,
             "--quiet",
-        ]));
+        ];
+        printed(command(folder.path(), &build));
         Self { folder, file }
     }
 
@@ -65,12 +56,15 @@ impl Case {
         self.folder.path().join(name)
     }
 
-    fn run(&self, options: &[&str]) -> Output {
-        tiletool(&[&["inspect", text_of(&self.file)], options].concat())
+    fn command(&self, options: &[&str]) -> Command {
+        command(
+            self.folder.path(),
+            &[&["inspect", text_of(&self.file)], options].concat(),
+        )
     }
 
     fn text(&self, options: &[&str]) -> String {
-        stdout(self.run(options))
+        printed(self.command(options))
     }
 
     fn json(&self, options: &[&str]) -> Value {
@@ -97,11 +91,8 @@ impl Case {
             assert_eq!(of_svg, of_png as f32);
         }
         let colours: HashSet<_> = pixels.data().chunks(4).collect();
-        let names = fs::read_dir(self.folder.path())
-            .unwrap()
-            .flatten()
-            .map(|f| f.file_name());
-        assert!(!names.into_iter().any(|name| name.to_string_lossy().contains("partial")));
+        let names = names(self.folder.path());
+        assert!(!names.iter().any(|name| name.contains("partial")), "{names:?}");
         (svg, colours.len())
     }
 }
@@ -301,12 +292,12 @@ fn degenerate_files_work_with_every_option() {
         let triangles: u64 = listed.iter().map(|region| region["triangles"].as_u64().unwrap()).sum();
         assert_eq!(regions["regions_total"]["triangles"], triangles);
         for options in [&[][..], &["--tiles"], &["--tile", "0"], &["--regions"]] {
-            let output = case.run(options);
+            let inspect = case.command(options);
             if points.is_empty() && options.contains(&"0") {
-                assert_eq!(output.status.code(), Some(1));
+                complaint(inspect, 1);
                 continue;
             }
-            let text = stdout(output);
+            let text = printed(inspect);
             assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
         }
         let (svg, colours) = case.maps();
@@ -318,39 +309,42 @@ fn degenerate_files_work_with_every_option() {
 fn errors_say_what_is_wrong() {
     let case = Case::grid();
     let map = case.in_folder("map.svg");
-    let failed = |output: Output, code: i32, parts: &[&str]| {
-        let error = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{error}");
+    let failed = |command: Command, code: i32, parts: &[&str]| {
+        let error = complaint(command, code);
         for part in parts {
             assert!(error.contains(part), "{part} is missing: {error}");
         }
     };
     let count = case.json(&[])["tile_count"].to_string();
     failed(
-        case.run(&["--tile", "99999"]),
+        case.command(&["--tile", "99999"]),
         1,
         &["map.tiles", "no tile 99999", &count],
     );
     failed(
-        case.run(&["--tile", "99999", "--plot", text_of(&map)]),
+        case.command(&["--tile", "99999", "--plot", text_of(&map)]),
         1,
         &["no tile 99999"],
     );
     assert!(!map.exists());
-    failed(case.run(&["--tils"]), 2, &["--tils"]);
-    failed(case.run(&["--tile", "seven"]), 2, &["seven"]);
-    failed(case.run(&["--all"]), 2, &["--regions"]);
-    failed(case.run(&["--plot", "map.pdf"]), 2, &["map.pdf", ".svg", ".png"]);
-    failed(case.run(&["--plot", "map"]), 2, &[".svg", ".png"]);
+    failed(case.command(&["--tils"]), 2, &["--tils"]);
+    failed(case.command(&["--tile", "seven"]), 2, &["seven"]);
+    failed(case.command(&["--all"]), 2, &["--regions"]);
+    failed(case.command(&["--plot", "map.pdf"]), 2, &["map.pdf", ".svg", ".png"]);
+    failed(case.command(&["--plot", "map"]), 2, &[".svg", ".png"]);
     let nowhere = case.in_folder("no").join("map.svg");
     failed(
-        case.run(&["--plot", text_of(&nowhere)]),
+        case.command(&["--plot", text_of(&nowhere)]),
         1,
         &["map.svg", "cannot write"],
     );
     for (name, what) in [("missing.tiles", "cannot read"), ("points.txt", "points.txt")] {
         let file = case.in_folder(name);
-        failed(tiletool(&["inspect", text_of(&file)]), 1, &[name, what]);
+        failed(
+            command(case.folder.path(), &["inspect", text_of(&file)]),
+            1,
+            &[name, what],
+        );
     }
 }
 
@@ -365,21 +359,24 @@ fn damage_is_an_error_and_no_map() {
         damaged[at] ^= 0x41;
         fs::write(&case.file, damaged).unwrap();
         let _ = fs::remove_file(&map);
-        let output = case.run(&["--tile", "1", "--plot", text_of(&map)]);
+        let output = case
+            .command(&["--tile", "1", "--plot", text_of(&map)])
+            .output()
+            .unwrap();
         // Padding does not matter, nor does one of the two superblocks.
         if output.status.success() {
             assert!(map.exists());
             continue;
         }
         assert_eq!(output.status.code(), Some(1), "byte {at}");
-        assert!(String::from_utf8_lossy(&output.stderr).contains("map.tiles"));
+        assert!(errors(&output).contains("map.tiles"), "byte {at}");
         assert!(!map.exists());
         refused += 1;
     }
     assert!(refused > 5, "{refused}");
     for length in [0, 100, 5000, 8192, sound.len() - 1] {
         fs::write(&case.file, &sound[..length]).unwrap();
-        let output = case.run(&["--plot", text_of(&map)]);
-        assert_eq!(output.status.code(), Some(1), "{length} bytes");
+        println!("{length} bytes");
+        complaint(case.command(&["--plot", text_of(&map)]), 1);
     }
 }

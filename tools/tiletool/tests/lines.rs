@@ -1,9 +1,11 @@
 //! `tiletool build` with lines, obstacles and sites, as its user meets it: what each option makes, and mistakes.
 
+mod support;
+
 use std::fs;
-use std::process::{Command, Output};
 
 use serde_json::Value;
+use support::{errors, names, tiletool};
 use tempfile::TempDir;
 
 /// A folder to run the tool in.
@@ -18,25 +20,14 @@ impl Scratch {
         Self(folder)
     }
 
-    fn run(&self, args: &str) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_tiletool"));
-        command
-            .current_dir(self.0.path())
-            .args(args.split(' '))
-            .output()
-            .unwrap()
-    }
-
     /// Runs a command that must succeed, and gives what it prints.
+    #[track_caller]
     fn ok(&self, args: &str) -> String {
-        let output = self.run(args);
-        let errors = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{args}: {errors}");
-        String::from_utf8(output.stdout).unwrap()
+        support::run(self.0.path(), args)
     }
 
     fn json(&self, args: &str) -> Value {
-        serde_json::from_str(&self.ok(args)).unwrap()
+        support::json(self.0.path(), args)
     }
 
     /// Builds `t.tiles`, proves it, and gives the summaries of the build and of the file.
@@ -48,20 +39,13 @@ impl Scratch {
 
     /// Runs a command that must fail with this exit code and leave nothing behind, and gives what it complains of.
     fn fails(&self, code: i32, args: &str) -> String {
-        let before = self.names();
-        let output = self.run(args);
-        let errors = String::from_utf8(output.stderr).unwrap();
+        let before = names(self.0.path());
+        let output = tiletool(self.0.path(), args).output().unwrap();
+        let errors = errors(&output);
         assert_eq!(output.status.code(), Some(code), "{args}: {errors}");
         assert!(output.stdout.is_empty(), "{args}");
-        assert_eq!(self.names(), before, "{args}");
+        assert_eq!(names(self.0.path()), before, "{args}");
         errors
-    }
-
-    fn names(&self) -> Vec<String> {
-        let entries = fs::read_dir(self.0.path()).unwrap();
-        let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-        names.sort_unstable();
-        names
     }
 }
 

@@ -1,30 +1,19 @@
 //! `--memory` of the commands that read tile files: little of it gives the same results as plenty, and is kept to.
 
+mod support;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use serde_json::Value;
+use support::fails;
 use tempfile::TempDir;
 
 const MEBIBYTE: u64 = 1 << 20;
 
-fn tiletool(folder: &Path, args: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tiletool"));
-    command.current_dir(folder).args(args.split(' ')).output().unwrap()
-}
-
+/// What a command says, in JSON.
 fn json(folder: &Path, args: &str) -> Value {
-    let output = tiletool(folder, &format!("{args} --json"));
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{args}: {errors}");
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-fn complaint(folder: &Path, args: &str) -> String {
-    let output = tiletool(folder, args);
-    assert_eq!(output.status.code(), Some(1), "{args}");
-    String::from_utf8(output.stderr).unwrap()
+    support::json(folder, &format!("{args} --json"))
 }
 
 /// A folder with `p.f64`, points with z, and `p.tiles`, whose tiles have this many vertices.
@@ -96,7 +85,7 @@ fn the_first_point_that_is_missing_is_the_same_however_they_are_parted() {
     fs::write(folder.join("q.f64"), points).unwrap();
     for memory in ["6MiB", "8MiB", "1GiB"] {
         let args = format!("verify p.tiles --against q.f64 --dims 3 --memory {memory}");
-        let error = complaint(folder, &args);
+        let error = fails(folder, 1, &args);
         assert!(error.contains("record 140001 at (-140008, "), "{memory}: {error}");
     }
 }
@@ -138,7 +127,7 @@ fn too_little_memory_is_said_with_what_it_takes() {
         "export p.tiles -o o.geojson",
         "inspect p.tiles --plot o.svg",
     ] {
-        let error = complaint(folder, &format!("{args} --memory 1MiB"));
+        let error = fails(folder, 1, &format!("{args} --memory 1MiB"));
         assert!(
             error.contains("MiB of memory at least, and 1 MiB are allowed"),
             "{args}: {error}"

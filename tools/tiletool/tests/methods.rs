@@ -5,7 +5,7 @@ mod support;
 use std::fs;
 
 use serde_json::{Value, json};
-use support::{errors, run, tiletool};
+use support::{errors, fails, run, tiletool};
 use tempfile::TempDir;
 
 /// A folder with houses, a fence and shops.
@@ -55,9 +55,8 @@ fn answers_tell_what_they_cost() {
     let town = town();
     for method in METHODS.into_iter().chain(["wave"]) {
         let ask = format!("query knn town.tiles --at 2,4 -k 2 --json --method {method}");
-        let parse = |text: String| serde_json::from_str::<Value>(&text).unwrap();
-        assert_eq!(parse(run(town.path(), &ask))["statistics"], Value::Null);
-        let answer = parse(run(town.path(), &format!("{ask} --stats")));
+        assert_eq!(support::json(town.path(), &ask)["statistics"], Value::Null);
+        let answer = support::json(town.path(), &format!("{ask} --stats"));
         assert_eq!(answer["sites"].as_array().unwrap().len(), 2);
         let cost = &answer["statistics"];
         for count in ["candidates", "edges_considered", "nodes_swept", "rounds", "tiles"] {
@@ -76,9 +75,8 @@ fn a_stretch_factor_that_loses_answers_is_refused() {
     let town = town();
     for stretch in ["1.57", "NaN", "inf", "-3", "x"] {
         let ask = format!("query knn town.tiles --at 2,4 --method visibility --stretch={stretch}");
-        let output = tiletool(town.path(), &ask).output().unwrap();
-        assert_eq!(output.status.code(), Some(2), "{stretch}");
-        assert!(errors(&output).contains("stretch factor"), "{}", errors(&output));
+        let error = fails(town.path(), 2, &ask);
+        assert!(error.contains("stretch factor"), "{error}");
     }
 }
 
@@ -90,9 +88,8 @@ fn break_lines_are_refused_by_all_but_the_wave() {
     let ask = "query knn lines.tiles --at 2,4 --method";
     run(town.path(), &format!("{ask} wave"));
     for method in METHODS {
-        let output = tiletool(town.path(), &format!("{ask} {method}")).output().unwrap();
-        assert_eq!(output.status.code(), Some(1));
-        assert!(errors(&output).contains("break lines"), "{}", errors(&output));
+        let error = fails(town.path(), 1, &format!("{ask} {method}"));
+        assert!(error.contains("break lines"), "{error}");
     }
 }
 
@@ -108,12 +105,10 @@ fn an_experiment_compares_them() {
     for name in ["README.md", "time.svg", "edges.svg", "swept.svg", "tiles.svg"] {
         assert!(read(name).contains("Zhang et al."), "{name}");
     }
-    let output = tiletool(
+    let error = fails(
         town.path(),
+        1,
         "experiment queries town.tiles --queries 1 --stretches 1.5 -o more",
-    )
-    .output()
-    .unwrap();
-    assert_eq!(output.status.code(), Some(1));
-    assert!(errors(&output).contains("stretch factor"), "{}", errors(&output));
+    );
+    assert!(error.contains("stretch factor"), "{error}");
 }

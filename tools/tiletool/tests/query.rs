@@ -1,10 +1,12 @@
 //! `tiletool query` as its user meets it.
 
+mod support;
+
 use std::fs;
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
 
 use serde_json::{Value, json};
+use support::{command, complaint, printed};
 use tempfile::TempDir;
 
 /// A folder with a town: a square of 8 by 8 with an obstacle in the middle, a closed wall, and sites.
@@ -47,20 +49,12 @@ impl Town {
     }
 
     /// What a command prints, or complains of, if it ends with this code.
+    #[track_caller]
     fn run(&self, code: i32, args: &[&str]) -> String {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_tiletool"));
-        let output = command
-            .current_dir(self.0.path())
-            .args(args)
-            .stdin(Stdio::null())
-            .output()
-            .unwrap();
-        let errors = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{args:?}: {errors}");
-        if code == 0 {
-            String::from_utf8(output.stdout).unwrap()
-        } else {
-            errors
+        let command = command(self.0.path(), args);
+        match code {
+            0 => printed(command),
+            _ => complaint(command, code),
         }
     }
 

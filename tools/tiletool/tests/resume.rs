@@ -9,7 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
-use support::{errors, run, tiletool};
+use support::{errors, fails, json, kill_after, names, run, tiletool};
 
 fn start(folder: &Path, args: &str) -> Child {
     let mut command = tiletool(folder, args);
@@ -25,7 +25,7 @@ fn scratch() -> tempfile::TempDir {
     folder
 }
 
-/// Waits until the journal has an entry. False: the build ended before.
+/// Waits until the journal of the build of `p.tiles` in a folder has an entry. False: the build ended before.
 fn wait_for_a_block(folder: &Path, child: &mut Child) -> bool {
     let journal = folder.join("p.tiles.partial/journal");
     while child.try_wait().unwrap().is_none() {
@@ -61,17 +61,14 @@ fn a_build_that_is_killed_at_any_moment_goes_on() {
         fs::remove_file(folder.join("p.tiles")).unwrap();
         // Up to three kills before a build is left alone.
         for _ in 0..3 {
-            let mut child = start(folder, &format!("{BUILD} --resume --quiet"));
-            thread::sleep(moment());
-            let _ = child.kill();
-            child.wait().unwrap();
+            kill_after(tiletool(folder, &format!("{BUILD} --resume --quiet")), moment());
             kills += 1;
             if folder.join("p.tiles").exists() {
                 break;
             }
         }
         if !folder.join("p.tiles").exists() {
-            let summary: Value = serde_json::from_str(&run(folder, &format!("{BUILD} --resume --json"))).unwrap();
+            let summary = json(folder, &format!("{BUILD} --resume --json"));
             resumed_blocks += summary["resumed_blocks"].as_u64().unwrap();
             assert_eq!(summary["points"], 400_000);
             assert_eq!(summary["records"], 400_000);
@@ -106,20 +103,17 @@ fn ctrl_c_keeps_the_work_and_says_how_to_go_on() {
     assert!(!folder.join("p.tiles").exists());
 
     // Other options, another input.
-    let other = tiletool(
+    let other = fails(
         folder,
+        1,
         "build p.f64 -o p.tiles --resume --tile-vertices 5000 --memory 6MB",
-    )
-    .output()
-    .unwrap();
-    assert_eq!(other.status.code(), Some(1));
-    assert!(errors(&other).contains("tile vertices: 4000"), "{}", errors(&other));
+    );
+    assert!(other.contains("tile vertices: 4000"), "{other}");
     let modified = fs::metadata(folder.join("p.f64")).unwrap().modified().unwrap();
     let file = fs::File::options().append(true).open(folder.join("p.f64")).unwrap();
     file.set_modified(modified + Duration::from_secs(5)).unwrap();
-    let other = tiletool(folder, &format!("{BUILD} --resume")).output().unwrap();
-    assert_eq!(other.status.code(), Some(1));
-    assert!(errors(&other).contains("p.f64"), "{}", errors(&other));
+    let other = fails(folder, 1, &format!("{BUILD} --resume"));
+    assert!(other.contains("p.f64"), "{other}");
     file.set_modified(modified).unwrap();
 
     run(folder, &format!("{BUILD} --resume"));
@@ -130,13 +124,9 @@ fn ctrl_c_keeps_the_work_and_says_how_to_go_on() {
 #[test]
 fn standard_input_cannot_be_resumed() {
     let folder = tempfile::tempdir().unwrap();
-    let output = tiletool(folder.path(), "build - -o p.tiles --resume")
-        .stdin(Stdio::null())
-        .output()
-        .unwrap();
-    assert_eq!(output.status.code(), Some(1));
-    assert!(errors(&output).contains("standard input cannot"), "{}", errors(&output));
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    let error = fails(folder.path(), 1, "build - -o p.tiles --resume");
+    assert!(error.contains("standard input cannot"), "{error}");
+    assert_eq!(names(folder.path()), [""; 0]);
 }
 
 /// A disk that fills up while blocks are conquered, where this process may mount one.
@@ -159,10 +149,7 @@ fn a_build_that_runs_out_of_room_goes_on_when_there_is_more() {
     }
     let build = BUILD.replace("-o p.tiles", "-o disk/p.tiles");
     let mut child = start(folder, &build);
-    let journal = disk.join("p.tiles.partial/journal");
-    while child.try_wait().unwrap().is_none() && !fs::metadata(&journal).is_ok_and(|journal| journal.len() > 0) {
-        thread::sleep(Duration::from_micros(200));
-    }
+    wait_for_a_block(&disk, &mut child);
     // As another program would that needs the disk too.
     let fill = fs::write(disk.join("other"), vec![1u8; 40 << 20]);
     let output = child.wait_with_output().unwrap();

@@ -72,30 +72,22 @@ impl Folder {
         Ok(())
     }
 
-    /// Writes what was kept, each file complete or not at all, in the order in which it came. Returns their names.
-    pub fn publish(self) -> anyhow::Result<Vec<PathBuf>> {
-        let mut written = Vec::new();
+    /// Writes what was kept, each file complete or not at all, in the order in which it came, and prints their names.
+    pub fn publish(self) -> anyhow::Result<()> {
+        let mut written = String::new();
         for (name, bytes) in &self.results {
             let path = self.path.join(name);
             plot::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
-            written.push(path);
+            written += &format!("{}\n", path.display());
         }
-        Ok(written)
+        common::print(&written)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn names(path: &Path) -> Vec<String> {
-        let entries = fs::read_dir(path).unwrap();
-        let mut names: Vec<String> = entries
-            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .collect();
-        names.sort();
-        names
-    }
+    use crate::common::names;
 
     #[test]
     fn results_come_at_the_end_and_nothing_else_stays() {

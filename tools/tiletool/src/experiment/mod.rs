@@ -20,8 +20,14 @@ mod peer;
 mod queries;
 mod stretch;
 mod table;
+mod tiles;
 
+use std::future::Future;
+
+use anyhow::bail;
 use clap::{Args, Subcommand, ValueEnum};
+
+use crate::common;
 
 /// Repeat the experiments of docs/experiments.md on this machine.
 #[derive(Args, Clone, Debug)]
@@ -63,6 +69,16 @@ impl Pictures {
         };
         format!("{stem}.{suffix}")
     }
+}
+
+/// Runs the asynchronous part of an experiment, until it is done or Ctrl-C ends it.
+fn block_on<T>(work: impl Future<Output = anyhow::Result<T>>) -> anyhow::Result<T> {
+    common::block_on(async {
+        tokio::select! {
+            done = work => done,
+            _ = tokio::signal::ctrl_c() => bail!("interrupted; nothing was written"),
+        }
+    })
 }
 
 /// Measures.

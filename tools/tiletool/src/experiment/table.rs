@@ -1,5 +1,7 @@
 //! A table that is written as CSV in full and as Markdown for people.
 
+use crate::common;
+
 /// A value in a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
@@ -27,8 +29,7 @@ impl Cell {
     /// In full, as programs want it.
     fn exact(&self) -> String {
         match self {
-            Self::Text(text) if text.contains([',', '"', '\n', '\r']) => format!("\"{}\"", text.replace('"', "\"\"")),
-            Self::Text(text) => text.clone(),
+            Self::Text(text) => common::cell(text),
             Self::Count(count) => count.to_string(),
             Self::Number(value, _) if value.is_finite() => value.to_string(),
             Self::Number(..) | Self::Missing => String::new(),
@@ -39,7 +40,7 @@ impl Cell {
     fn short(&self) -> String {
         match self {
             Self::Text(text) => text.replace('|', "\\|").replace(['\n', '\r'], " "),
-            Self::Count(count) => crate::common::thousands(*count),
+            Self::Count(count) => common::thousands(*count),
             Self::Number(value, decimals) if value.is_finite() => format!("{value:.decimals$}"),
             Self::Number(..) | Self::Missing => "–".to_owned(),
         }

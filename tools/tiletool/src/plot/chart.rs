@@ -4,10 +4,9 @@
 //! logarithmic axis, is left out.
 
 use super::axis::{fitted_text, label, round_above, text_width};
+use super::style::{GREY, INK, LINES, fill, stroke};
 use super::svg::{Anchor, Path, Svg, UNITS};
 
-const INK: &str = "#23313d";
-const GREY: &str = "#66727c";
 const GRID: &str = "#e3e6e8";
 /// Colours that people with any kind of sight can tell apart (Okabe and Ito 2008).
 const COLOURS: [&str; 7] = [
@@ -167,11 +166,7 @@ impl Histogram {
                 bars.polygon([(left, bottom), (left, top), (right, top), (right, bottom)]);
             }
         }
-        let style = format!(
-            "fill=\"{}\" stroke=\"#fff\" stroke-width=\"{}\"",
-            COLOURS[0],
-            0.8 * UNITS
-        );
+        let style = format!("{} {}", fill(COLOURS[0]), stroke("#fff", 0.8));
         draw_paths(&mut svg, &[(&bars, style)]);
         svg.finish()
     }
@@ -292,18 +287,13 @@ fn power_label(digit: u32, decade: i32) -> String {
     }
 }
 
-fn fill(colour: &str) -> String {
-    format!("fill=\"{colour}\"")
-}
-
 fn line_style(line: &Line) -> String {
     let colour = COLOURS[line.colour % COLOURS.len()];
     let dashes = match line.is_dashed {
         true => format!(" stroke-dasharray=\"{} {}\"", 7.0 * UNITS, 5.0 * UNITS),
         false => String::new(),
     };
-    let width = 2.2 * UNITS;
-    format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{dashes}")
+    format!("{LINES} {}{dashes}", stroke(colour, 2.2))
 }
 
 fn begin(title: &str, subtitle: &str) -> Svg {
@@ -318,11 +308,7 @@ fn begin(title: &str, subtitle: &str) -> Svg {
 
 /// Draws paths, whose coordinates are in units.
 fn draw_paths(svg: &mut Svg, paths: &[(&Path, String)]) {
-    svg.raw(&format!("<g transform=\"scale({})\">", 1.0 / UNITS));
-    for (path, style) in paths {
-        svg.path(path, style);
-    }
-    svg.raw("</g>");
+    svg.in_units("", |svg| paths.iter().for_each(|(path, style)| svg.path(path, style)));
 }
 
 fn draw_axes(svg: &mut Svg, (x_label, x): (&str, &Scale), (y_label, y): (&str, &Scale)) {
@@ -341,9 +327,8 @@ fn draw_axes(svg: &mut Svg, (x_label, x): (&str, &Scale), (y_label, y): (&str, &
     frame.move_to((left, top));
     frame.line_to((left, bottom));
     frame.line_to((right, bottom));
-    let stroke =
-        |colour: &str, width: f64| format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"{}\"", width * UNITS);
-    draw_paths(svg, &[(&grid, stroke(GRID, 1.0)), (&frame, stroke(INK, 1.2))]);
+    let line = |colour: &str, width: f64| format!("{LINES} {}", stroke(colour, width));
+    draw_paths(svg, &[(&grid, line(GRID, 1.0)), (&frame, line(INK, 1.2))]);
     let middle = (left + right) / 2.0;
     svg.text((middle, HEIGHT - 16.0), TEXT, Anchor::Middle, &fill(INK), x_label);
     let (place, middle) = (24.0, (top + bottom) / 2.0);
@@ -371,7 +356,7 @@ fn draw_line(svg: &mut Svg, line: &Line, x: &Scale, y: &Scale) {
     }
     let colour = COLOURS[line.colour % COLOURS.len()];
     let style = line_style(line);
-    let cross_style = format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"{}\"", 3.0 * UNITS);
+    let cross_style = format!("{LINES} {}", stroke(colour, 3.0));
     draw_paths(svg, &[(&path, style), (&dots, fill(colour)), (&crosses, cross_style)]);
 }
 

@@ -6,9 +6,10 @@ use std::collections::HashMap;
 
 use delaunay_tiles::geometry::{Point, Rect};
 
-use super::map::{Entry, Sign, draw_axes, draw_frame, draw_legend, fill, stroke};
+use super::map::{Entry, Sign, draw_axes, draw_frame, draw_legend};
 use super::page::Page;
-use super::svg::{Path, Svg, UNITS};
+use super::style::{LINES, PAPER, fill, stroke};
+use super::svg::{Path, Svg};
 
 /// What is drawn, all in one style.
 pub struct Layer {
@@ -46,18 +47,15 @@ impl Figure {
         let page = Page::new(self.bounds)?;
         let mut svg = Svg::new(page.width, page.height, &self.title);
         let mut legend = Vec::new();
-        draw_frame(&mut svg, &page, &self.title, &self.caption, |svg| {
-            svg.raw(&format!(
-                "<g transform=\"scale({})\" fill=\"none\" stroke-linejoin=\"round\">",
-                1.0 / UNITS
-            ));
-            for layer in &self.layers {
-                let sign = layer.draw(svg, &page);
-                if !layer.name.is_empty() {
-                    legend.push(Entry { sign, text: layer.name });
+        draw_frame(&mut svg, &page, PAPER, [&self.title, &self.caption], |svg| {
+            svg.in_units(LINES, |svg| {
+                for layer in &self.layers {
+                    let sign = layer.draw(svg, &page);
+                    if !layer.name.is_empty() {
+                        legend.push(Entry { sign, text: layer.name });
+                    }
                 }
-            }
-            svg.raw("</g>");
+            });
         });
         draw_axes(&mut svg, &page);
         draw_legend(&mut svg, &legend, (page.frame.min_x, page.frame.max_y + 58.0));

@@ -6,21 +6,13 @@ use delaunay_tiles::store::{Directory, KdNode};
 use super::axis::{fitted_text, text_width};
 use super::page::{Page, TICK_TEXT};
 use super::scene::Scene;
-use super::svg::{Anchor, Path, Svg, UNITS};
+use super::style::{CONSTRAINT, EDGE, EDGE_THINNED, GREY, HOLE, INK, LINES, PAPER, SITE, WALL, fill, stroke};
+use super::svg::{Anchor, Path, Svg};
 use crate::common::thousands;
 
-pub const INK: &str = "#23313d";
-pub const GREY: &str = "#66727c";
-pub const PAPER: &str = "#fcfbf8";
-const EDGE: &str = "#5f7f99";
-pub const EDGE_THINNED: &str = "#93abbd";
 const HULL: &str = "#1f4e6f";
 const BORDER: &str = "#f5dfb8";
 const CELL: &str = "#c8452f";
-pub const CONSTRAINT: &str = "#2f7d4f";
-pub const WALL: &str = "#4a2c1d";
-pub const HOLE: &str = "#cfd3d6";
-pub const SITE: &str = "#a8327a";
 
 /// The most points that are drawn as dots over their triangles.
 const DOTS: usize = 2000;
@@ -36,14 +28,11 @@ pub fn draw(name: &str, directory: &Directory, scene: &Scene, page: &Page) -> St
     let name = middle_cut(name);
     let mut svg = Svg::new(page.width, page.height, &name);
     let mut legend = Vec::new();
-    draw_frame(&mut svg, page, &name, &subtitle(directory), |svg| {
-        svg.raw(&format!(
-            "<g transform=\"scale({})\" fill=\"none\" stroke-linejoin=\"round\">",
-            1.0 / UNITS
-        ));
-        legend = draw_mesh(svg, scene, page);
-        legend.extend(draw_cells(svg, directory, page));
-        svg.raw("</g>");
+    draw_frame(&mut svg, page, PAPER, [&name, &subtitle(directory)], |svg| {
+        svg.in_units(LINES, |svg| {
+            legend = draw_mesh(svg, scene, page);
+            legend.extend(draw_cells(svg, directory, page));
+        });
         draw_labels(svg, directory, page);
     });
     draw_axes(&mut svg, page);
@@ -59,8 +48,14 @@ pub fn draw(name: &str, directory: &Directory, scene: &Scene, page: &Page) -> St
     svg.finish()
 }
 
-/// Draws the paper, the frame and what is in it, and two lines of text above.
-pub(super) fn draw_frame(svg: &mut Svg, page: &Page, title: &str, subtitle: &str, inside: impl FnOnce(&mut Svg)) {
+/// Draws the paper, the frame with a ground of this colour and what is in it, and two lines of text above.
+pub(super) fn draw_frame(
+    svg: &mut Svg,
+    page: &Page,
+    ground: &str,
+    [title, subtitle]: [&str; 2],
+    inside: impl FnOnce(&mut Svg),
+) {
     svg.raw("<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>");
     let f = page.frame;
     let (left, baseline) = (f.min_x, f.min_y);
@@ -73,21 +68,13 @@ pub(super) fn draw_frame(svg: &mut Svg, page: &Page, title: &str, subtitle: &str
         f.min_x, f.min_y
     );
     svg.raw(&format!("<clipPath id=\"frame\"><rect {place}/></clipPath>"));
-    svg.raw(&format!("<rect {place} fill=\"{PAPER}\"/>"));
+    svg.raw(&format!("<rect {place} fill=\"{ground}\"/>"));
     svg.raw("<g clip-path=\"url(#frame)\">");
     inside(svg);
     svg.raw("</g>");
     svg.raw(&format!(
         "<rect {place} fill=\"none\" stroke=\"{INK}\" stroke-width=\"1.2\"/>"
     ));
-}
-
-pub(super) fn fill(colour: &str) -> String {
-    format!("fill=\"{colour}\"")
-}
-
-pub(super) fn stroke(colour: &str, width: f64) -> String {
-    format!("stroke=\"{colour}\" stroke-width=\"{:.1}\"", width * UNITS)
 }
 
 /// A sign and what it stands for.
@@ -260,9 +247,7 @@ pub(super) fn draw_axes(svg: &mut Svg, page: &Page) {
         tick(&mut path, (f.min_x - 6.0, y - at), (f.min_x, y - at));
         tick(&mut path, (f.max_x - 6.0, y - at), (f.max_x, y - at));
     }
-    svg.raw(&format!("<g transform=\"scale({})\">", 1.0 / UNITS));
-    svg.path(&path, &stroke(INK, 1.2));
-    svg.raw("</g>");
+    svg.in_units("", |svg| svg.path(&path, &stroke(INK, 1.2)));
     for (at, label) in &page.x_axis.ticks {
         svg.text((x + at, f.max_y + 24.0), TICK_TEXT, Anchor::Middle, &fill(INK), label);
     }

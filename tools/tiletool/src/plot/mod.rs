@@ -11,6 +11,7 @@ mod page;
 mod png;
 mod query;
 pub mod scene;
+pub mod style;
 mod svg;
 
 use std::ffi::OsString;
@@ -22,7 +23,7 @@ use delaunay_tiles::build::peak_memory;
 use delaunay_tiles::store::TileReader;
 use serde::Serialize;
 
-use crate::common::{bytes, thousands};
+use crate::common::{bytes, file_name, thousands};
 use page::Page;
 pub use query::Overlay;
 use scene::Scene;
@@ -97,10 +98,7 @@ pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotte
     let directory = reader.directory();
     let scene = Scene::gather(reader).await?;
     let page = Page::new(scene.bounds)?;
-    let name = Path::new(reader.name())
-        .file_name()
-        .unwrap_or_default()
-        .to_string_lossy();
+    let name = file_name(Path::new(reader.name()));
     let bytes = save(file, map::draw(&name, directory, &scene, &page))?;
     Ok(Plotted {
         file: file.path.display().to_string(),
@@ -123,10 +121,7 @@ pub fn encode(name: &Path, svg: String) -> anyhow::Result<Vec<u8>> {
 /// Draws the answer to a query.
 pub async fn draw_query(reader: &TileReader, file: &PlotFile, overlay: &Overlay) -> anyhow::Result<()> {
     let page = Page::new(overlay.window(reader.directory().metadata.bounds))?;
-    let name = Path::new(reader.name())
-        .file_name()
-        .unwrap_or_default()
-        .to_string_lossy();
+    let name = file_name(Path::new(reader.name()));
     save(file, query::draw(reader, &name, overlay, &page).await?)?;
     Ok(())
 }

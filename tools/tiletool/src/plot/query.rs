@@ -3,12 +3,10 @@
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::store::{Across, Tile, TileId, TileReader};
 
-use super::map::{
-    self, CONSTRAINT, EDGE_THINNED, Entry, GREY, HOLE, INK, PAPER, SITE, Sign, WALL, draw_axes, draw_legend, fill,
-    stroke,
-};
+use super::map::{Entry, Sign, draw_axes, draw_frame, draw_legend, middle_cut};
 use super::page::Page;
-use super::svg::{Anchor, Path, Svg, UNITS};
+use super::style::{CONSTRAINT, EDGE_THINNED, GREY, HOLE, INK, LINES, PAPER, SITE, WALL, fill, stroke};
+use super::svg::{Anchor, Path, Svg};
 
 const EXPLORED: &str = "#d6e6f5";
 const EXPLORED_EDGE: &str = "#9dbbd8";
@@ -141,37 +139,20 @@ impl Ground {
 /// Draws the page of an answer.
 pub async fn draw(reader: &TileReader, name: &str, overlay: &Overlay, page: &Page) -> anyhow::Result<String> {
     let ground = Ground::gather(reader, page).await?;
-    let name = map::middle_cut(name);
+    let name = middle_cut(name);
     let mut svg = Svg::new(page.width, page.height, &name);
-    svg.raw("<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>");
-    let f = page.frame;
-    let at = |down: f64| (f.min_x, f.min_y - down);
-    svg.text(at(42.0), 26.0, Anchor::Start, &fill(INK), &name);
-    svg.text(at(15.0), 16.0, Anchor::Start, &fill(GREY), &overlay.title);
-    let (width, height) = f.size();
-    let place = format!(
-        "x=\"{}\" y=\"{}\" width=\"{width}\" height=\"{height}\"",
-        f.min_x, f.min_y
-    );
-    svg.raw(&format!("<clipPath id=\"frame\"><rect {place}/></clipPath>"));
+    let mut legend = Vec::new();
     let exterior_is_hole = reader.directory().metadata.exterior_is_hole;
     let base = if exterior_is_hole { HOLE } else { PAPER };
-    svg.raw(&format!("<rect {place} fill=\"{base}\"/>"));
-    svg.raw("<g clip-path=\"url(#frame)\">");
-    svg.raw(&format!(
-        "<g transform=\"scale({})\" fill=\"none\" stroke-linejoin=\"round\" stroke-linecap=\"round\">",
-        1.0 / UNITS
-    ));
-    let mut legend = draw_ground(&mut svg, &ground, overlay, page, exterior_is_hole);
-    legend.extend(draw_found(&mut svg, overlay, page));
-    svg.raw("</g>");
-    draw_ranks(&mut svg, overlay, page);
-    svg.raw("</g>");
-    svg.raw(&format!(
-        "<rect {place} fill=\"none\" stroke=\"{INK}\" stroke-width=\"1.2\"/>"
-    ));
+    draw_frame(&mut svg, page, base, [&name, &overlay.title], |svg| {
+        svg.in_units(&format!("{LINES} stroke-linecap=\"round\""), |svg| {
+            legend = draw_ground(svg, &ground, overlay, page, exterior_is_hole);
+            legend.extend(draw_found(svg, overlay, page));
+        });
+        draw_ranks(svg, overlay, page);
+    });
     draw_axes(&mut svg, page);
-    draw_legend(&mut svg, &legend, (f.min_x, f.max_y + 58.0));
+    draw_legend(&mut svg, &legend, (page.frame.min_x, page.frame.max_y + 58.0));
     Ok(svg.finish())
 }
 

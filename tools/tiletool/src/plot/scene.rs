@@ -6,6 +6,7 @@ use anyhow::ensure;
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::mesh::{EngineKind, Triangulation};
 use delaunay_tiles::store::{Tile, TileReader, VertexId};
+use distributions::mix;
 use futures::TryStreamExt;
 
 /// The most triangles, and the most vertices, of a file that is drawn whole.
@@ -185,12 +186,9 @@ impl Scene {
     }
 }
 
-/// The finalizer of MurmurHash3 with the constants of Stafford's variant 13, as in SplitMix64 (Steele, Lea and Flood 2014).
+/// A step of SplitMix64 (Steele, Lea and Flood 2014).
 fn mixed(bits: u64) -> u64 {
-    let bits = bits.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    bits ^ (bits >> 31)
+    mix(bits.wrapping_add(0x9e37_79b9_7f4a_7c15))
 }
 
 /// Each edge once: those between two triangles, and those of one.

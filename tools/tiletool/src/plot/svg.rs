@@ -37,6 +37,14 @@ impl Svg {
         self.text.push('\n');
     }
 
+    /// Appends a group in which coordinates are those of paths, in this style.
+    pub fn in_units(&mut self, style: &str, inside: impl FnOnce(&mut Self)) {
+        let space = if style.is_empty() { "" } else { " " };
+        self.raw(&format!("<g transform=\"scale({})\"{space}{style}>", 1.0 / UNITS));
+        inside(self);
+        self.raw("</g>");
+    }
+
     /// Appends a path, unless there is nothing in it.
     pub fn path(&mut self, path: &Path, style: &str) {
         if !path.data.is_empty() {

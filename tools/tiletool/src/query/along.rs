@@ -6,7 +6,8 @@ use delaunay_tiles::query::{AlongInterval, SiteAlong};
 use serde_json::{Value, json};
 
 use super::answer::name;
-use super::print::{cell, pair, position};
+use super::print::{pair, position};
+use crate::common::cell;
 
 /// The columns of an interval.
 pub const COLUMNS: &str = "from_t,to_t,from_x,from_y,to_x,to_y,status,sites";

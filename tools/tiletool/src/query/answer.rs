@@ -61,6 +61,16 @@ pub enum Found {
     Along(Vec<AlongInterval>),
 }
 
+impl Found {
+    /// No sites, or no path.
+    pub fn nothing(question: Question) -> Self {
+        match question {
+            Question::At(_) => Self::Sites(Vec::new()),
+            Question::Way(..) => Self::Path(None),
+        }
+    }
+}
+
 /// What a point lies on or in, and the numbers of the vertices there.
 pub fn spot(location: &Location) -> (&'static str, Vec<VertexId>) {
     match location {

@@ -8,12 +8,14 @@ use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Subcommand};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Mode, QueryOptions};
+use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
 
 use super::ask::Ask;
 use super::batch::{self, Question};
 use super::matrix;
 use super::method::{Measure, MethodArgs};
 use super::print::Format;
+use crate::common;
 use crate::plot::PlotFile;
 
 #[derive(Subcommand, Clone, Debug)]
@@ -133,31 +135,38 @@ pub(super) struct ProgressArgs {
     pub(super) progressive: bool,
 }
 
+/// What is read, and how much of it.
+#[derive(Args, Clone, Debug)]
+pub(super) struct ReadingArgs {
+    /// The tile file
+    file: PathBuf,
+    /// Memory for tiles, as 64MiB
+    #[arg(long, value_name = "SIZE", default_value = "64MiB")]
+    cache: ByteSize,
+    /// Different tiles that one search may read; what it found till then is the answer
+    #[arg(long, value_name = "TILES")]
+    max_tiles: Option<u64>,
+    /// Milliseconds that one search may take
+    #[arg(long, value_name = "MS")]
+    max_time: Option<u64>,
+    /// Tell on standard error how long it took and what was read
+    #[arg(long)]
+    pub(super) stats: bool,
+}
+
 #[derive(Args, Clone, Debug)]
 pub(super) struct CommonArgs {
-    /// The tile file
-    pub(super) file: PathBuf,
+    #[command(flatten)]
+    pub(super) reading: ReadingArgs,
     /// A file of points: x,y in each row, or from_x,from_y,to_x,to_y for paths and lines; a header is passed over
     #[arg(long, value_name = "FILE.csv")]
     pub(super) batch: Option<PathBuf>,
-    /// Memory for tiles, as 64MiB
-    #[arg(long, value_name = "SIZE", default_value = "64MiB")]
-    pub(super) cache: ByteSize,
-    /// Different tiles that one query may read; what it found till then is the answer
-    #[arg(long, value_name = "TILES")]
-    pub(super) max_tiles: Option<u64>,
-    /// Milliseconds that one query may take
-    #[arg(long, value_name = "MS")]
-    pub(super) max_time: Option<u64>,
     /// Prove each path by a walk through the triangles that it passes
     #[arg(long)]
     pub(super) certify: bool,
     /// Queries at once; by default as many as there are processors
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
-    /// Tell on standard error how long it took and what was read
-    #[arg(long)]
-    pub(super) stats: bool,
     /// Draw what is in the way, what was searched and what was found
     #[arg(long, value_name = "MAP.svg|MAP.png", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
     pub(super) plot: Option<PlotFile>,
@@ -234,9 +243,9 @@ impl QueryCommand {
     pub(super) fn measure(&self) -> Option<Measure> {
         match self {
             Self::Knn(KnnArgs { method, places, .. }) | Self::Range(RangeArgs { method, places, .. }) => {
-                method.measure(places.common.stats)
+                method.measure(places.common.reading.stats)
             }
-            Self::Path(PathArgs { method, way, .. }) => method.measure(way.common.stats),
+            Self::Path(PathArgs { method, way, .. }) => method.measure(way.common.reading.stats),
             Self::Locate(_) | Self::Nearest(_) | Self::Matrix(_) | Self::Along(_) => None,
         }
     }
@@ -249,8 +258,15 @@ impl WayArgs {
     }
 }
 
-impl CommonArgs {
-    pub(super) fn options(&self, format: Format) -> QueryOptions {
+impl ReadingArgs {
+    /// Opens the file, with a cache of its own.
+    pub(super) async fn open(&self) -> anyhow::Result<TileReader> {
+        let cache = Cache::new(usize::try_from(self.cache.as_u64()).unwrap_or(usize::MAX));
+        common::open(&self.file, OpenOptions::default().cache(&cache)).await
+    }
+
+    /// The limits of one search.
+    pub(super) fn limits(&self) -> QueryOptions {
         let mut options = QueryOptions::default();
         if let Some(tiles) = self.max_tiles {
             options = options.max_tiles(tiles);
@@ -258,6 +274,13 @@ impl CommonArgs {
         if let Some(time) = self.max_time {
             options = options.max_time(Duration::from_millis(time));
         }
+        options
+    }
+}
+
+impl CommonArgs {
+    pub(super) fn options(&self, format: Format) -> QueryOptions {
+        let mut options = self.reading.limits();
         if self.certify {
             options = options.certified();
         } else if format == Format::GeoJson || self.plot.is_some() {

@@ -44,26 +44,21 @@ impl Ask {
         question: Question,
         options: QueryOptions,
     ) -> anyhow::Result<Answer> {
-        let mut area = None;
-        let (status, found) = match (self, question) {
-            (Self::Range { radius, area: true }, Question::At(at)) => {
-                let (mut status, sites) = first(reader.sites_within(at, radius, options.clone()), usize::MAX).await?;
-                if status == Status::Ok {
-                    let (end, polygons) = area::within(reader, at, radius, options).await?;
-                    status = end;
-                    area = Some(polygons);
-                }
-                (status, Found::Sites(sites))
-            }
-            (_, Question::At(at)) => self.answer_at(reader, at, options).await?,
+        let (mut status, found) = match (self, question) {
+            (_, Question::At(at)) => self.answer_at(reader, at, options.clone()).await?,
             (Self::Along { k }, Question::Way(from, to)) => {
-                match reader.nearest_along(from, to, k as usize, options).await {
+                match reader.nearest_along(from, to, k as usize, options.clone()).await {
                     Ok(intervals) => (Status::Ok, Found::Along(intervals)),
                     Err(error) => (Status::of(error)?, Found::Along(Vec::new())),
                 }
             }
-            (_, Question::Way(from, to)) => answer_way(reader, from, to, options).await?,
+            (_, Question::Way(from, to)) => answer_way(reader, from, to, options.clone()).await?,
         };
+        let mut area = None;
+        if let (Self::Range { radius, area: true }, Question::At(at), Status::Ok) = (self, question, status) {
+            let (end, polygons) = area::within(reader, at, radius, options).await?;
+            (status, area) = (end, Some(polygons));
+        }
         Ok(Answer {
             question,
             status,

@@ -2,22 +2,22 @@
 
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use anyhow::{bail, ensure};
-use bytesize::ByteSize;
 use clap::Args;
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{DistanceOutcome, PairDistance, QueryOptions};
-use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
+use delaunay_tiles::query::{DistanceOutcome, PairDistance};
+use delaunay_tiles::store::TileReader;
 use futures::TryStreamExt;
 use serde_json::{Value, json};
 
 use super::answer::{Status, name};
+use super::args::ReadingArgs;
 use super::batch::{self, Question};
-use super::print::{bounds, cell, pair, position, say, with_distance};
+use super::print::{bounds, pair, position, say, with_distance};
 use super::report;
-use crate::common;
+use crate::common::{self, cell};
 
 /// Distances between all of some points and all of others, or all sites.
 ///
@@ -30,8 +30,8 @@ Example:
   tiletool query matrix town.tiles --batch depots.csv
   tiletool query matrix town.tiles --from-file homes.csv --sites --csv")]
 pub struct MatrixArgs {
-    /// The tile file
-    file: PathBuf,
+    #[command(flatten)]
+    reading: ReadingArgs,
     /// The points from which, x,y in each row; a header is passed over
     #[arg(long, value_name = "A.csv")]
     from_file: Option<PathBuf>,
@@ -44,18 +44,6 @@ pub struct MatrixArgs {
     /// To all sites of the file
     #[arg(long, conflicts_with = "to_file")]
     sites: bool,
-    /// Memory for tiles, as 64MiB
-    #[arg(long, value_name = "SIZE", default_value = "64MiB")]
-    cache: ByteSize,
-    /// Different tiles that one search may read; what it found till then is the answer
-    #[arg(long, value_name = "TILES")]
-    max_tiles: Option<u64>,
-    /// Milliseconds that one search may take
-    #[arg(long, value_name = "MS")]
-    max_time: Option<u64>,
-    /// Tell on standard error how long it took and what was read
-    #[arg(long)]
-    stats: bool,
     /// Print a JSON object for each pair, on one line
     #[arg(long, conflicts_with = "csv")]
     json: bool,
@@ -114,8 +102,7 @@ impl Ends {
 pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
     common::block_on(async {
         let began = Instant::now();
-        let cache = Cache::new(usize::try_from(args.cache.as_u64()).unwrap_or(usize::MAX));
-        let reader = TileReader::open(&args.file, OpenOptions::default().cache(&cache)).await?;
+        let reader = args.reading.open().await?;
         let from = match args.from_file.as_ref().or(args.batch.as_ref()) {
             Some(path) => Ends::read(path)?,
             None => bail!(
@@ -131,14 +118,7 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
             },
             None => bail!("no points to which are given; give --to-file B.csv or --sites"),
         };
-        let mut options = QueryOptions::default();
-        if let Some(tiles) = args.max_tiles {
-            options = options.max_tiles(tiles);
-        }
-        if let Some(time) = args.max_time {
-            options = options.max_time(Duration::from_millis(time));
-        }
-        let mut pairs = reader.distance_matrix(from.points.clone(), to.points.clone(), options);
+        let mut pairs = reader.distance_matrix(from.points.clone(), to.points.clone(), args.reading.limits());
         let mut out = BufWriter::new(io::stdout());
         if args.csv {
             writeln!(out, "from,to,from_x,from_y,to_x,to_y,status,distance,lower,upper")?;
@@ -155,7 +135,7 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
             }
         }
         out.flush()?;
-        if args.stats {
+        if args.reading.stats {
             report("pairs", count, began, &reader);
         }
         Ok(())

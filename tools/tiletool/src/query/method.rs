@@ -6,7 +6,7 @@ use delaunay_tiles::store::TileReader;
 use serde_json::{Map, Value, json};
 
 use super::answer::{Answer, Found, Status};
-use super::ask::Ask;
+use super::ask::{Ask, path_found};
 use super::batch::Question;
 use crate::common::thousands;
 
@@ -96,13 +96,7 @@ impl Measure {
             Err(QueryError::OutOfBudget { .. }) if method == Method::Wave => {
                 return ask.answer(reader, question, options).await;
             }
-            Err(error) => {
-                let found = match question {
-                    Question::At(_) => Found::Sites(Vec::new()),
-                    Question::Way(..) => Found::Path(None),
-                };
-                (Status::of(error)?, found, None)
-            }
+            Err(error) => (Status::of(error)?, Found::nothing(question), None),
             Ok((status, found, statistics)) => (status, found, Some(statistics)),
         };
         Ok(Answer {
@@ -120,12 +114,8 @@ fn sites(measured: Measured<Vec<SiteFound>>) -> (Status, Found, Statistics) {
 }
 
 fn path(measured: Measured<PathOutcome>) -> (Status, Found, Statistics) {
-    let (status, path) = match measured.answer {
-        PathOutcome::Found(path) => (Status::Ok, Some(path)),
-        PathOutcome::Unreachable => (Status::Unreachable, None),
-        PathOutcome::InsideObstacle { point, nearest_free } => (Status::Inside(point, nearest_free), None),
-    };
-    (status, Found::Path(path), measured.statistics)
+    let (status, found) = path_found(measured.answer);
+    (status, found, measured.statistics)
 }
 
 /// What an answer cost, for programs.

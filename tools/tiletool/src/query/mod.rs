@@ -18,7 +18,7 @@ use std::time::Instant;
 use anyhow::{Context, bail};
 use clap::Args;
 use delaunay_tiles::query::{Explored, Mode};
-use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
+use delaunay_tiles::store::TileReader;
 use futures::{StreamExt, TryStreamExt, stream};
 use tokio::sync::Semaphore;
 
@@ -97,8 +97,7 @@ async fn answer_all(
     (mode, is_progressive): (Mode, bool),
     args: &CommonArgs,
 ) -> anyhow::Result<()> {
-    let cache = Cache::new(usize::try_from(args.cache.as_u64()).unwrap_or(usize::MAX));
-    let reader = TileReader::open(&args.file, OpenOptions::default().cache(&cache)).await?;
+    let reader = args.reading.open().await?;
     let format = args.format.format();
     let mut options = args.options(format).mode(mode);
     let explored = Explored::default();
@@ -147,7 +146,7 @@ async fn answer_all(
     if let (Some(picture), Some(file)) = (picture, &args.plot) {
         plot::draw_query(&reader, file, &picture.finish(&explored)).await?;
     }
-    if args.stats {
+    if args.reading.stats {
         report("queries", count as u64, began, &reader);
     }
     Ok(())

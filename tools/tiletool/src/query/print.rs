@@ -12,6 +12,7 @@ use super::ask::Ask;
 use super::batch::Question;
 use super::progress::Stage;
 use super::{along, area, method};
+use crate::common::cell;
 
 /// How answers are printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,14 +122,6 @@ fn header(ask: Ask) -> String {
 
 pub fn pair(point: Point) -> String {
     format!("{},{}", point.x, point.y)
-}
-
-/// A cell of a table, in quotes where it must be.
-pub fn cell(text: &str) -> String {
-    match text.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
-    }
 }
 
 pub fn bounds(distance: &Distance) -> String {

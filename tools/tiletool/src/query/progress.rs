@@ -87,11 +87,7 @@ async fn print_all<T>(
             Err(error) => {
                 let stage = next_is_exact.then_some(Stage::Exact);
                 // Nothing was found, but how far away all is at least may be known.
-                let empty = match question {
-                    Question::At(_) => Found::Sites(Vec::new()),
-                    Question::Way(..) => Found::Path(None),
-                };
-                (stage, (Status::of(error)?, empty))
+                (stage, (Status::of(error)?, Found::nothing(question)))
             }
         };
         next_is_exact = true;

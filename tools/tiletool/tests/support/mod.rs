@@ -1,23 +1,85 @@
-//! What tests of the tool share.
+//! What tests of the tool share: the tool, run in a folder, and what it says.
+#![allow(dead_code, reason = "each test uses its part")]
 
+use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use serde_json::Value;
 
 /// The tool in a folder, with these arguments.
-pub fn tiletool(folder: &Path, args: &str) -> Command {
+pub fn command(folder: &Path, args: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_tiletool"));
-    command.current_dir(folder).args(args.split(' '));
+    command.current_dir(folder).args(args).stdin(Stdio::null());
     command
 }
 
+/// The tool in a folder, with arguments that have blanks between them.
+pub fn tiletool(folder: &Path, args: &str) -> Command {
+    command(folder, &args.split(' ').collect::<Vec<_>>())
+}
+
 /// Runs a command that must succeed, and gives what it prints.
+#[track_caller]
 pub fn run(folder: &Path, args: &str) -> String {
-    let output = tiletool(folder, args).output().unwrap();
-    assert!(output.status.success(), "{args}: {}", errors(&output));
+    printed(tiletool(folder, args))
+}
+
+/// Runs a command that must succeed, and gives the JSON that it prints.
+#[track_caller]
+pub fn json(folder: &Path, args: &str) -> Value {
+    serde_json::from_str(&run(folder, args)).unwrap()
+}
+
+/// Runs a command that must fail with this exit code, and gives what it complains of.
+#[track_caller]
+pub fn fails(folder: &Path, code: i32, args: &str) -> String {
+    complaint(tiletool(folder, args), code)
+}
+
+/// What a command prints that must succeed.
+#[track_caller]
+pub fn printed(mut command: Command) -> String {
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{command:?}: {}", errors(&output));
     String::from_utf8(output.stdout).unwrap()
+}
+
+/// What a command complains of that must fail with this exit code.
+#[track_caller]
+pub fn complaint(mut command: Command, code: i32) -> String {
+    let output = command.output().unwrap();
+    assert_eq!(output.status.code(), Some(code), "{command:?}: {}", errors(&output));
+    String::from_utf8(output.stderr).unwrap()
 }
 
 /// What a command complains of.
 pub fn errors(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Starts a command and kills it after this time, if it has not ended by then.
+pub fn kill_after(mut command: Command, time: Duration) {
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    thread::sleep(time);
+    let _ = child.kill();
+    child.wait().unwrap();
+}
+
+/// The names of what lies in a folder, sorted.
+pub fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort_unstable();
+    names
+}
+
+/// A file of the repository's test data.
+pub fn data(name: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data");
+    folder.join(name).to_str().unwrap().to_owned()
 }

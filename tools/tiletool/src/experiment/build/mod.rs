@@ -24,6 +24,7 @@ use super::child::{Ended, Took, measure};
 use super::folder::Folder;
 use super::limit::Limit;
 use super::peer::{self, Peer};
+use super::tiles::own_program;
 use crate::bench::caches;
 use crate::common;
 use crate::generate::parse_count;
@@ -149,7 +150,7 @@ pub fn run(args: BuildExperimentArgs) -> anyhow::Result<()> {
     let scratch = folder.scratch().canonicalize().context("cannot find the work folder")?;
     let mut bench = Bench {
         args: &args,
-        program: std::env::current_exe().context("cannot find this program's own file")?,
+        program: own_program()?,
         triangle: None,
         threads: args.threads.unwrap_or(available as u32),
         limit: Limit::new(limit),
@@ -186,10 +187,7 @@ pub fn run(args: BuildExperimentArgs) -> anyhow::Result<()> {
     };
     folder.keep("builds.csv", record::table(&measured.records).csv());
     report::keep(&measured, args.pictures, &mut folder)?;
-    for path in folder.publish()? {
-        common::print(&format!("{}\n", path.display()))?;
-    }
-    Ok(())
+    folder.publish()
 }
 
 impl Bench<'_> {

@@ -4,10 +4,12 @@
 //! each method, `summary.csv` with medians and means, charts of time, constraint edges and sweeps.
 
 mod measure;
+mod places;
 mod report;
-mod sites;
 
+use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, bail};
 use clap::Args;
@@ -15,7 +17,8 @@ use delaunay_tiles::query::Method;
 use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
 
 use super::folder::Folder;
-use crate::common;
+use super::tiles;
+use crate::{common, experiment};
 
 /// Compare methods for the nearest sites among obstacles.
 ///
@@ -54,52 +57,38 @@ pub fn run(args: QueriesArgs) -> anyhow::Result<()> {
     let mut methods = vec![Method::Wave];
     methods.extend(args.stretches.iter().map(|&stretch| Method::Visibility { stretch }));
     methods.extend([Method::EuclidZhang, Method::EuclidXia]);
+    let stop = common::interruption();
     let mut folder = Folder::create(&args.output)?;
-    let work = async {
-        let (file, asked) = prepare(&args, folder.scratch()).await?;
+    let file = prepare(&args, folder.scratch(), &stop)?;
+    let costs = experiment::block_on(async {
         let cache = Cache::new(1 << 30);
-        let reader = TileReader::open(&file, OpenOptions::default().cache(&cache)).await?;
+        let reader = common::open(&file, OpenOptions::default().cache(&cache)).await?;
         if reader.directory().metadata.sites == 0 {
             bail!("{} has no sites; build it with --sites", args.file.display());
         }
-        let places = sites::free_places(&reader, asked, args.seed ^ 1).await?;
+        let places = places::free(&reader, args.queries as usize, args.seed ^ 1).await?;
         measure::measure(&reader, &places, &args.k, &methods).await
-    };
-    let costs = common::block_on(async {
-        tokio::select! {
-            done = work => done,
-            _ = tokio::signal::ctrl_c() => bail!("interrupted; nothing was written"),
-        }
     })?;
     let name = format!("{}, {} places", common::file_name(&args.file), args.queries);
     report::keep(&name, &costs, &mut folder)?;
-    for path in folder.publish()? {
-        common::print(&format!("{}\n", path.display()))?;
-    }
-    Ok(())
+    folder.publish()
 }
 
-/// The tile file, and how many places are to be asked.
-async fn prepare(args: &QueriesArgs, scratch: &Path) -> anyhow::Result<(PathBuf, usize)> {
-    let asked = args.queries as usize;
-    let suffix = args.file.extension().unwrap_or_default().to_ascii_lowercase();
-    if suffix == "tiles" {
-        return Ok((args.file.clone(), asked));
+/// The tile file: the one that was named, or one with random sites that is made of what was.
+fn prepare(args: &QueriesArgs, scratch: &Path, stop: &AtomicBool) -> anyhow::Result<PathBuf> {
+    if tiles::ends_in(&args.file, "tiles") {
+        return Ok(args.file.clone());
     }
-    let (bare, list, file) = (
-        scratch.join("bare.tiles"),
-        scratch.join("sites.csv"),
-        scratch.join("sites.tiles"),
-    );
-    let is_poly = suffix == "poly";
-    sites::build(&args.file, is_poly, None, &bare)?;
-    let reader = TileReader::open(&bare, OpenOptions::default()).await?;
-    let places = sites::free_places(&reader, args.sites as usize, args.seed).await?;
+    let bare = tiles::triangulate(&args.file, None, scratch, "bare.tiles", stop)?;
+    let places = experiment::block_on(async {
+        let reader = TileReader::open(&bare, OpenOptions::default()).await?;
+        places::free(&reader, args.sites as usize, args.seed).await
+    })?;
     let rows: String = places
         .iter()
         .map(|place| format!("{},{}\n", place.x, place.y))
         .collect();
-    std::fs::write(&list, rows).with_context(|| format!("cannot write {}", list.display()))?;
-    sites::build(&args.file, is_poly, Some(&list), &file)?;
-    Ok((file, asked))
+    let sites = scratch.join("sites.csv");
+    fs::write(&sites, rows).with_context(|| format!("cannot write {}", sites.display()))?;
+    tiles::triangulate(&args.file, Some(&sites), scratch, "sites.tiles", stop)
 }

@@ -9,17 +9,15 @@ mod pictures;
 mod report;
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, bail};
 use clap::Args;
 use delaunay_tiles::store::{OpenOptions, TileReader};
 
-use super::Pictures;
-use super::child::{Ended, measure};
 use super::folder::Folder;
-use crate::common;
+use super::{Pictures, tiles};
+use crate::{common, experiment};
 use extract::Within;
 
 /// Compare the walking distance with the distance along edges of the triangulation.
@@ -72,7 +70,7 @@ pub fn run(args: StretchArgs) -> anyhow::Result<()> {
             .saturating_mul(DISK_PER_BYTE)
             .saturating_add(DISK_FOR_PICTURES),
     )?;
-    let tiles = tiles(&args, folder.scratch(), &stop)?;
+    let tiles = prepare(&args, folder.scratch(), &stop)?;
     let available = std::thread::available_parallelism().map_or(1, usize::from);
     let at_once = args.threads.map_or(available, |threads| threads as usize);
     let name = match args.within {
@@ -92,53 +90,28 @@ pub fn run(args: StretchArgs) -> anyhow::Result<()> {
         let figures = pictures::figures(&reader, &name, &drawn, args.graph_vertices, at_once).await?;
         Ok((reader, drawn, figures))
     };
-    let (reader, drawn, figures) = common::block_on(async {
-        tokio::select! {
-            done = work => done,
-            _ = tokio::signal::ctrl_c() => bail!("interrupted; nothing was written"),
-        }
-    })?;
+    let (reader, drawn, figures) = experiment::block_on(work)?;
     folder.keep("pairs.csv", report::table(&drawn.pairs).csv());
     report::keep(&reader, &name, &drawn, figures, args.pictures, &mut folder)?;
-    for path in folder.publish()? {
-        common::print(&format!("{}\n", path.display()))?;
-    }
-    Ok(())
+    folder.publish()
 }
 
 /// The tile file: the one that was named, or one that is made of what was.
-fn tiles(args: &StretchArgs, scratch: &Path, stop: &AtomicBool) -> anyhow::Result<PathBuf> {
-    let suffix = args
-        .file
-        .extension()
-        .map(|suffix| suffix.to_string_lossy().to_ascii_lowercase());
-    let suffix = suffix.unwrap_or_default();
-    if suffix == "tiles" {
-        if args.within.is_some() {
+fn prepare(args: &StretchArgs, scratch: &Path, stop: &AtomicBool) -> anyhow::Result<PathBuf> {
+    let file = &args.file;
+    match args.within {
+        Some(_) if tiles::ends_in(file, "tiles") => {
             bail!(
                 "--within chooses polygons of a GeoJSON file, and {} has tiles",
-                args.file.display()
-            );
+                file.display()
+            )
         }
-        return Ok(args.file.clone());
+        None if tiles::ends_in(file, "tiles") => Ok(file.clone()),
+        None => tiles::triangulate(file, None, scratch, "input.tiles", stop),
+        Some(within) => {
+            let chosen = scratch.join("chosen.geojson");
+            extract::extract(file, within, &chosen)?;
+            tiles::triangulate(&chosen, None, scratch, "input.tiles", stop)
+        }
     }
-    let program = std::env::current_exe().context("cannot find this program's own file")?;
-    let scratch = scratch.canonicalize().context("cannot find the work folder")?;
-    let mut input = args.file.canonicalize().context("cannot find the input")?;
-    if let Some(within) = args.within {
-        let chosen = scratch.join("chosen.geojson");
-        extract::extract(&args.file, within, &chosen)?;
-        input = chosen;
-    }
-    let mut build = Command::new(program);
-    build.args(["build", "--quiet", "-o", "input.tiles"]);
-    if suffix != "poly" || args.within.is_some() {
-        build.arg("--obstacles");
-    }
-    build.arg(input);
-    let took = measure(build, &scratch, None, stop)?;
-    if took.ended != Ended::Done {
-        bail!("{} cannot be triangulated: {}", args.file.display(), took.complaint());
-    }
-    Ok(scratch.join("input.tiles"))
 }

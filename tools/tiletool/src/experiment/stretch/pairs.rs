@@ -4,12 +4,11 @@ use std::collections::BinaryHeap;
 
 use anyhow::{Context, bail};
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{PathOutcome, QueryError, QueryOptions};
+use delaunay_tiles::query::{Method, PathOutcome, QueryError, QueryOptions};
 use delaunay_tiles::store::TileReader;
+use distributions::mix;
 use futures::{StreamExt, TryStreamExt, stream};
 
-/// CDT distances are less than so many times the walking distance (Bose and Keil 2006: 4π√3/9, rounded up).
-pub const STRETCH: f64 = 2.42;
 /// Pairs are drawn from so many vertices at most.
 const SAMPLE: usize = 1 << 16;
 /// For each pair so many are drawn at most: where most lie in obstacles or apart, there may be none.
@@ -101,12 +100,13 @@ async fn measure(reader: &TileReader, from: Point, to: Point) -> anyhow::Result<
         geodesic: path.distance.value,
         cdt: along.distance.value,
     };
-    let is_bounded = along.distance.upper >= path.distance.lower && pair.ratio() <= STRETCH;
+    let is_bounded = along.distance.upper >= path.distance.lower && pair.ratio() <= Method::STRETCH;
     if !is_bounded {
         bail!(
-            "from {from:?} to {to:?} it is {} along edges and {} in all: the ratio is not from 1 to {STRETCH}",
+            "from {from:?} to {to:?} it is {} along edges and {} in all: the ratio is not from 1 to {}",
             pair.cdt,
-            pair.geodesic
+            pair.geodesic,
+            Method::STRETCH
         );
     }
     Ok(Some(pair))
@@ -119,7 +119,7 @@ async fn sample(reader: &TileReader, seed: u64) -> anyhow::Result<Vec<Point>> {
     while let Some(tile) = tiles.try_next().await? {
         for point in tile.points() {
             let (x, y) = (point.x.to_bits(), point.y.to_bits());
-            let hash = mixed(mixed(x ^ mixed(seed)).wrapping_add(y));
+            let hash = mix(mix(x ^ mix(seed)).wrapping_add(y));
             smallest.push((hash, x, y));
             if smallest.len() > SAMPLE {
                 smallest.pop();
@@ -139,15 +139,9 @@ impl Random {
     /// A number below `end`, which is small beside 2⁶⁴.
     fn below(&mut self, end: usize) -> usize {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let wide = u128::from(mixed(self.0)) * end as u128;
+        let wide = u128::from(mix(self.0)) * end as u128;
         (wide >> 64) as usize
     }
-}
-
-fn mixed(bits: u64) -> u64 {
-    let bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    bits ^ (bits >> 31)
 }
 
 #[cfg(test)]

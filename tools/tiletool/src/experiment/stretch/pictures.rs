@@ -12,14 +12,13 @@ use super::pairs::{Drawn, Pair};
 use crate::common::thousands;
 use crate::plot::figure::{Figure, Layer, Shape};
 use crate::plot::scene::Scene;
+use crate::plot::style::{EDGE, SITE};
 
 const LAND: &str = "#d9d3c3";
 const SHORE: &str = "#6b5537";
 const SIGHT: &str = "#7aa6c9";
-const EDGE: &str = "#5f7f99";
 const WAVE: &str = "#0072b2";
 const ALONG: &str = "#d55e00";
-const SOURCE: &str = "#a8327a";
 
 /// A picture, with the beginning of its file's name.
 pub struct Named {
@@ -110,7 +109,7 @@ pub async fn figures(
         let source = |layers: Vec<Layer>| {
             let dot = Layer {
                 name: "source",
-                colour: SOURCE,
+                colour: SITE,
                 shape: Shape::Dots(vec![from], 6.0),
             };
             layers.into_iter().chain([dot]).collect()

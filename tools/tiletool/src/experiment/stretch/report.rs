@@ -1,11 +1,12 @@
 //! The page about both distances.
 
+use delaunay_tiles::query::Method;
 use delaunay_tiles::store::TileReader;
 
 use super::super::folder::Folder;
 use super::super::table::{Cell, Table};
 use super::super::{Pictures, machine};
-use super::pairs::{Drawn, Pair, STRETCH};
+use super::pairs::{Drawn, Pair};
 use super::pictures::{Figures, worst};
 use crate::common::thousands;
 use crate::plot::chart::Histogram;
@@ -47,7 +48,7 @@ pub fn keep(
     let mut text = format!(
         "# Stretch: {name}\n\n`{}`\n\nThe file has {} vertices, {} triangles, {} of them in obstacles, and {} constraint edges. {} pairs of its vertices were \
          drawn at random, {} more were not connected. *Geodesic* is the length of the shortest path among the obstacles, by the wave; *CDT* that of the shortest way along edges \
-         of the constrained Delaunay triangulation. Their ratio lies between 1 and {STRETCH} (Bose and Keil 2006) for each pair, or this page would not be there. \
+         of the constrained Delaunay triangulation. Their ratio lies between 1 and {} (Bose and Keil 2006) for each pair, or this page would not be there. \
          A pair is *blocked* if something stands between its vertices. All pairs are in [pairs.csv](pairs.csv).\n\n",
         machine::command(),
         thousands(metadata.vertices),
@@ -56,6 +57,7 @@ pub fn keep(
         thousands(metadata.constraint_edges),
         thousands(drawn.pairs.len() as u64),
         thousands(drawn.apart as u64),
+        Method::STRETCH,
     );
     let blocked: Vec<Pair> = drawn.pairs.iter().copied().filter(Pair::is_blocked).collect();
     let mut table = Table::new([

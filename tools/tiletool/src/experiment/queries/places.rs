@@ -1,9 +1,6 @@
-//! Random free places, and a tile file with sites at them.
+//! Random free places.
 
-use std::path::Path;
-use std::process::Command;
-
-use anyhow::{Context, bail};
+use anyhow::bail;
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Footing, QueryOptions};
 use delaunay_tiles::store::TileReader;
@@ -13,7 +10,7 @@ use distributions::Kind;
 const TRIES: u64 = 1000;
 
 /// The first of a seed's random places in the file's rectangle that are free.
-pub async fn free_places(reader: &TileReader, count: usize, seed: u64) -> anyhow::Result<Vec<Point>> {
+pub async fn free(reader: &TileReader, count: usize, seed: u64) -> anyhow::Result<Vec<Point>> {
     let bounds = reader.directory().metadata.bounds;
     let (width, height) = bounds.size();
     let mut places = Vec::new();
@@ -34,23 +31,4 @@ pub async fn free_places(reader: &TileReader, count: usize, seed: u64) -> anyhow
         );
     }
     Ok(places)
-}
-
-/// Builds a tile file of obstacles, and sites if there are any.
-pub fn build(input: &Path, is_poly: bool, sites: Option<&Path>, output: &Path) -> anyhow::Result<()> {
-    let program = std::env::current_exe().context("cannot find this program's own file")?;
-    let mut build = Command::new(program);
-    build.args(["build", "--quiet", "-o"]).arg(output);
-    if !is_poly {
-        build.arg("--obstacles");
-    }
-    build.arg(input);
-    if let Some(sites) = sites {
-        build.arg("--sites").arg(sites);
-    }
-    let done = build.output().context("cannot start the build")?;
-    if !done.status.success() {
-        bail!("the build failed: {}", String::from_utf8_lossy(&done.stderr).trim());
-    }
-    Ok(())
 }

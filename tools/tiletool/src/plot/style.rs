@@ -1,0 +1,26 @@
+//! Colours that mean the same in all pictures, and how shapes are filled and lines drawn.
+
+use super::svg::UNITS;
+
+pub const INK: &str = "#23313d";
+pub const GREY: &str = "#66727c";
+pub const PAPER: &str = "#fcfbf8";
+pub const EDGE: &str = "#5f7f99";
+pub const EDGE_THINNED: &str = "#93abbd";
+pub const CONSTRAINT: &str = "#2f7d4f";
+pub const WALL: &str = "#4a2c1d";
+pub const HOLE: &str = "#cfd3d6";
+pub const SITE: &str = "#a8327a";
+
+/// The style of lines and of groups of them, in which shapes say themselves what fills them.
+pub const LINES: &str = "fill=\"none\" stroke-linejoin=\"round\"";
+
+/// The style of what is filled.
+pub fn fill(colour: &str) -> String {
+    format!("fill=\"{colour}\"")
+}
+
+/// The style of lines of so many pixels, in a group of [`Svg::in_units`](super::svg::Svg::in_units).
+pub fn stroke(colour: &str, width: f64) -> String {
+    format!("stroke=\"{colour}\" stroke-width=\"{:.1}\"", width * UNITS)
+}
