@@ -12,7 +12,7 @@ use bytes::Bytes;
 use parking_lot::Mutex;
 
 /// Reads of fewer bytes than this have buffers of their own.
-const SMALL: usize = 256 << 10;
+pub(super) const SMALL: usize = 256 << 10;
 /// The most buffers that are kept, if nothing else is said.
 const KEPT: usize = 4;
 /// What reads past the page cache ask of memory and offsets, at most, in bytes.
@@ -51,16 +51,6 @@ impl Buffers {
         }
     }
 
-    /// Bytes, whatever they are, of which so many from the place on that comes with them are aligned to [`ALIGNMENT`] in
-    /// memory. For [`freeze_part`](Self::freeze_part) to take back.
-    #[cfg(target_os = "linux")]
-    pub(super) fn aligned(&self, length: usize) -> (Vec<u8>, usize) {
-        let with_slack = length + ALIGNMENT;
-        let bytes = self.find(with_slack).unwrap_or_else(|| vec![0; rounded(with_slack)]);
-        let address = bytes.as_ptr().addr();
-        (bytes, address.next_multiple_of(ALIGNMENT) - address)
-    }
-
     /// At least so many bytes, all 0, for [`freeze`](Self::freeze) to take back.
     pub(crate) fn zeroed(&self, length: usize) -> Vec<u8> {
         match self.find(length) {
@@ -74,18 +64,7 @@ impl Buffers {
 
     /// Bytes for others to read; they are kept for another buffer when the last of these drops its part.
     pub(crate) fn freeze(&self, bytes: Vec<u8>) -> Bytes {
-        let part = 0..bytes.len();
-        self.freeze_part(bytes, part)
-    }
-
-    /// As [`freeze`](Self::freeze), but others read only a part of them, which must lie within.
-    pub(super) fn freeze_part(&self, bytes: Vec<u8>, part: Range<usize>) -> Bytes {
-        assert!(
-            part.start <= part.end && part.end <= bytes.len(),
-            "a part of {} bytes",
-            bytes.len()
-        );
-        let owner = self.clone();
+        let (part, owner) = (0..bytes.len(), self.clone());
         Buffer { bytes, part, owner }.freeze()
     }
 
@@ -114,7 +93,7 @@ impl Buffers {
 
 /// So many bytes or up to an eighth more, so that tiles of nearly the same length take the same buffers. What is never
 /// written takes no memory.
-fn rounded(length: usize) -> usize {
+pub(super) fn rounded(length: usize) -> usize {
     if length < SMALL {
         return length;
     }
@@ -179,18 +158,6 @@ mod tests {
         assert!([&a, &b].iter().any(|buffer| buffer.bytes.as_ptr() == place));
         assert_eq!(a.freeze().len(), SMALL + 300);
         assert_eq!(buffers.take(10).freeze(), [0; 10][..]);
-    }
-
-    #[cfg(target_os = "linux")]
-    #[test]
-    fn aligned_buffers_come_back_too() {
-        let buffers = Buffers::default();
-        let (mut bytes, start) = buffers.aligned(SMALL);
-        assert!(bytes[start..].as_ptr().addr().is_multiple_of(ALIGNMENT) && start + SMALL <= bytes.len());
-        bytes[start + 5] = 9;
-        let place = bytes.as_ptr();
-        assert_eq!(buffers.freeze_part(bytes, start + 5..start + 6), [9][..]);
-        assert_eq!(buffers.aligned(SMALL).0.as_ptr(), place);
     }
 
     #[test]

@@ -98,6 +98,26 @@ impl<T: ReadAt + ?Sized> ReadAt for Arc<T> {
 /// The most buffers that are kept of a file of tiles: as many as a scan may give back before it takes another.
 const KEPT_OF_TILES: usize = 16;
 
+/// Bytes of a huge page, on most processors.
+const HUGE_PAGE: usize = 2 << 20;
+
+/// Of memory for so many bytes, those that are to lie in huge pages: all whole ones, and the last one too if it is no more than a quarter
+/// of the bytes too long.
+const fn in_huge_pages(length: usize) -> usize {
+    let up = length.next_multiple_of(HUGE_PAGE);
+    if up - length <= length / 4 {
+        up
+    } else {
+        length / HUGE_PAGE * HUGE_PAGE
+    }
+}
+
+/// Bytes of memory that so many bytes of a file take at most, once they are read.
+pub(crate) const fn memory_of(length: usize) -> usize {
+    let huge = in_huge_pages(length);
+    if huge > length { huge } else { length }
+}
+
 /// How many bytes a range is.
 fn length_of(range: &Range<u64>) -> io::Result<usize> {
     let length = range.end.checked_sub(range.start).map(usize::try_from);

@@ -15,6 +15,7 @@ use bytes::Bytes;
 use super::packed::{Packed, partition_point};
 use super::{EdgeSource, TileEntry, TileId, VertexId};
 use crate::geometry::Point;
+use crate::io::memory_of;
 use crate::mesh::next_side;
 pub(crate) use regions::Component;
 use regions::Regions;
@@ -133,8 +134,7 @@ impl Tile {
             &self.core_links,
             &self.border_vertex_sides,
         ];
-        size_of::<Self>()
-            + self.coordinates.len()
+        let of_file = self.coordinates.len()
             + self.edges.as_ref().map_or(0, Packed::byte_size)
             + self.z.as_ref().map_or(0, Bytes::len)
             + self.foreign.len()
@@ -142,9 +142,9 @@ impl Tile {
             + self.sources.iter().flatten().map(Sources::byte_size).sum::<usize>()
             + self.regions.byte_size()
             + self.sites.as_ref().map_or(0, Sites::byte_size)
-            // Marks, if a query asks for them; most vertices have no ends.
-            + 4 * self.records.len()
-            + packed.iter().map(|p| p.byte_size()).sum::<usize>()
+            + packed.iter().map(|p| p.byte_size()).sum::<usize>();
+        // Marks, if a query asks for them; most vertices have no ends.
+        size_of::<Self>() + memory_of(of_file) + 4 * self.records.len()
     }
 
     /// Where a vertex of the tile is.

@@ -5,6 +5,7 @@
 //! (`O_DIRECT`) where the file system says that it can, straight into the memory that tiles are read in. Files that are written
 //! keep to the page cache: what is appended to them begins and ends anywhere.
 
+mod pages;
 mod ring;
 mod transfer;
 
@@ -19,8 +20,9 @@ use futures::future::{BoxFuture, FutureExt, ready};
 use rustix::fs::{AtFlags, OFlags, StatxFlags, fcntl_getfl, fcntl_setfl, statx};
 use tokio::sync::oneshot;
 
-use super::buffers::{ALIGNMENT, Buffers};
+use super::buffers::ALIGNMENT;
 use super::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, length_of};
+use pages::PagePool;
 pub(super) use ring::Ring;
 use ring::{Operation, gone};
 
@@ -39,7 +41,7 @@ struct Shared {
     length: u64,
     /// Whether reads go past the page cache.
     is_direct: bool,
-    buffers: Buffers,
+    pool: PagePool,
 }
 
 impl Drop for Shared {
@@ -91,7 +93,7 @@ impl UringFile {
             length: file.metadata()?.len(),
             file,
             is_direct,
-            buffers: Buffers::keeping(KEPT_OF_TILES),
+            pool: PagePool::keeping(KEPT_OF_TILES),
         };
         Ok(Self {
             shared: Arc::new(shared),
@@ -161,13 +163,13 @@ impl ReadAt for UringFile {
             offset: range.start,
             length,
             is_direct: self.shared.is_direct,
-            buffers: self.shared.buffers.clone(),
+            pool: self.shared.pool.clone(),
             reply,
         })
     }
 
     fn rest(&self) {
-        self.shared.buffers.clear();
+        self.shared.pool.clear();
     }
 }
 

@@ -19,7 +19,7 @@ use parking_lot::Mutex;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::sync::{Semaphore, oneshot};
 
-use super::super::buffers::Buffers;
+use super::pages::PagePool;
 use super::transfer;
 
 /// Entries of the ring.
@@ -34,12 +34,12 @@ type Reply<T> = oneshot::Sender<io::Result<T>>;
 
 /// What a ring does with a file.
 pub(super) enum Operation {
-    /// Reads so many bytes, all or none, into one of these buffers.
+    /// Reads so many bytes, all or none, into memory of this pool.
     Read {
         offset: u64,
         length: usize,
         is_direct: bool,
-        buffers: Buffers,
+        pool: PagePool,
         reply: Reply<Bytes>,
     },
     /// Writes all the bytes.
@@ -200,12 +200,12 @@ async fn perform(file: &tokio_uring::fs::File, operation: Operation) {
             offset,
             length,
             is_direct,
-            buffers,
+            pool,
             reply,
         } => {
             // Nobody can tell whether a read that nobody waits for was done.
             if !reply.is_closed() {
-                let _ = reply.send(transfer::read(file, offset, length, is_direct, &buffers).await);
+                let _ = reply.send(transfer::read(file, offset, length, is_direct, &pool).await);
             }
         }
         Operation::Write { offset, data, reply } => {

@@ -6,7 +6,8 @@ use bytes::Bytes;
 use tokio_uring::buf::BoundedBuf;
 use tokio_uring::fs::File;
 
-use super::super::buffers::{ALIGNMENT, Buffers};
+use super::super::buffers::ALIGNMENT;
+use super::pages::PagePool;
 
 /// Bytes of one operation at most: a multiple of the alignment, and what its 32 bits and the system's limit hold.
 const LARGEST: usize = 1 << 30;
@@ -18,18 +19,19 @@ pub(super) async fn read(
     offset: u64,
     length: usize,
     is_direct: bool,
-    buffers: &Buffers,
+    pool: &PagePool,
 ) -> io::Result<Bytes> {
     let alignment = if is_direct { ALIGNMENT } else { 1 };
     let ahead = (offset % alignment as u64) as usize;
     let (needed, first) = (ahead + length, offset - ahead as u64);
     let whole = needed.next_multiple_of(alignment);
-    let (mut bytes, start) = buffers.aligned(whole);
+    let mut pages = pool.take(whole)?;
+    let start = pages.start();
     let mut done = 0;
     while done < needed {
         let part = start + done..start + whole.min(done + LARGEST);
-        let (read, slice) = file.read_at(bytes.slice(part), first + done as u64).await;
-        bytes = slice.into_inner();
+        let (read, slice) = file.read_at(pages.slice(part), first + done as u64).await;
+        pages = slice.into_inner();
         let before = done;
         match read {
             Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
@@ -45,7 +47,7 @@ pub(super) async fn read(
             }
         }
     }
-    Ok(buffers.freeze_part(bytes, start + ahead..start + needed))
+    Ok(pool.freeze(pages, ahead..needed))
 }
 
 /// Writes all the bytes from `offset` on, or fails.
