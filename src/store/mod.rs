@@ -2,6 +2,7 @@
 //!
 //! Knows no triangulating. The format is written down in `schema/FORMAT.md`.
 
+mod borders_ahead;
 mod cache;
 mod compact;
 mod digest;

@@ -16,7 +16,7 @@ use tokio::task::JoinHandle;
 use super::{Directory, ReadError, Tile, TileEntry, TileId, TileReader};
 
 /// Bytes of tiles that are read ahead, if the memory allows.
-const READ_AHEAD: u64 = 32 << 20;
+const READ_AHEAD: u64 = 64 << 20;
 /// Tiles that are read ahead, at least and at most, if the memory allows.
 const TILES_AHEAD: (u64, u64) = (2, 64);
 /// Bytes of the directory in memory for each tile: its entry, two nodes of the tree, and what passes note of a tile.
@@ -186,8 +186,11 @@ impl TileReader {
             Err(error) => stream::iter([Err(error)]).boxed(),
             Ok(plan) => {
                 let reader = Passing(self.clone());
+                let ids = self.tile_ids();
+                let mut borders = self.borders_ahead(ids.len());
                 // One of the tiles is with the consumer, who asks for the next when he is done with it.
-                let loads = stream::iter(self.tile_ids()).map(move |id| reader.0.load_ahead(id));
+                let loads =
+                    stream::iter(ids).map(move |id| reader.0.load_ahead(id, borders.of(id, reader.0.directory())));
                 loads.buffered(plan.tiles).boxed()
             }
         }
@@ -200,10 +203,12 @@ impl TileReader {
         plan: Plan,
     ) -> impl Stream<Item = Result<TileInPass, ReadError>> + Send + Unpin + 'static {
         let (reader, slots) = (Passing(self.clone()), Arc::new(Semaphore::new(plan.tiles)));
+        let mut borders = self.borders_ahead(ids.len());
         // Slots are taken in the order of the tiles, so the tile that all others wait for has one.
         let loads = stream::iter(ids).then(move |id| {
             let (reader, slots) = (reader.0.clone(), Arc::clone(&slots));
-            async move { (slots.acquire_owned().await, reader.load_ahead(id)) }
+            let border = borders.of(id, reader.directory());
+            async move { (slots.acquire_owned().await, reader.load_ahead(id, border)) }
         });
         let loads = loads.map(|(slot, load)| async move {
             Ok(TileInPass {

@@ -5,7 +5,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use bytes::Bytes;
+use futures::future;
 
+use super::borders_ahead::{BorderAhead, BordersAhead};
 use super::cache::TileKey;
 use super::superblock::{FIRST_EXTENT, InForce, Superblock};
 use super::{Cache, Directory, Extent, FileId, PinnedTile, Tile, TileEntry, TileId};
@@ -325,9 +327,10 @@ impl TileReader {
 
     /// Starts to load a tile, in a task of its own that goes on while its consumer computes. It is taken from the cache, but
     /// not put there. Must be called within a tokio runtime.
-    pub(crate) fn load_ahead(
+    pub(super) fn load_ahead(
         &self,
         id: TileId,
+        border: Option<BorderAhead>,
     ) -> impl Future<Output = Result<Arc<Tile>, ReadError>> + Send + 'static + use<> {
         let inner = Arc::clone(&self.inner);
         let load = tokio::spawn(async move {
@@ -335,9 +338,21 @@ impl TileReader {
                 return Ok(tile);
             }
             let entry = *inner.entry(id)?;
-            inner.load(id, entry).await
+            let Some(border) = border else {
+                return inner.load(id, entry).await;
+            };
+            let core = inner.source.read_at(entry.core.range());
+            let read = future::try_join(core, border.bytes()).await;
+            let (core, border) = read.map_err(|error| inner.unreadable(id, &entry, error))?;
+            inner.open(id, entry, core, border).await
         });
         async move { load.await.unwrap_or_else(|_| Err(ReadError::Cancelled)) }
+    }
+
+    /// Borders for a pass over so many tiles, in order.
+    pub(super) fn borders_ahead(&self, tiles: usize) -> BordersAhead {
+        let inner = &self.inner;
+        BordersAhead::new(&inner.directory, &inner.source, tiles, inner.memory)
     }
 
     /// Says that a pass over tiles is over.
@@ -414,11 +429,19 @@ impl Inner {
         let ranges = [entry.core, entry.border].map(Extent::range);
         let read = self.source.read_many(&ranges).await;
         let extents = read.map_err(|error| self.unreadable(id, &entry, error))?;
+        let [core, border]: [Bytes; 2] = extents.try_into().expect("an answer for each range");
+        self.open(id, entry, core, border).await
+    }
+
+    async fn open(
+        self: Arc<Self>,
+        id: TileId,
+        entry: TileEntry,
+        core: Bytes,
+        border: Bytes,
+    ) -> Result<Arc<Tile>, ReadError> {
         // Checksums and range checks take milliseconds, which the runtime's workers do not have.
-        let opened = tokio::task::spawn_blocking(move || {
-            let [core, border]: [Bytes; 2] = extents.try_into().expect("an answer for each range");
-            Tile::open(id, &entry, &core, &border)
-        });
+        let opened = tokio::task::spawn_blocking(move || Tile::open(id, &entry, &core, &border));
         match opened.await {
             Ok(tile) => tile.map(Arc::new).map_err(|reason| self.damaged(id, reason)),
             Err(_) => Err(ReadError::Cancelled),

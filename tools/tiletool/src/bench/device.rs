@@ -39,17 +39,17 @@ impl Device {
     }
 
     /// Reads the whole file from front to back in blocks of so many bytes, so many at a time.
-    pub fn scan(&self, block: usize, depth: usize) -> io::Result<Took> {
+    pub fn scan(&self, block: usize, depth: usize, into: Into) -> io::Result<Took> {
         let places: Vec<u64> = (0..self.length).step_by(block).collect();
-        self.read(&places, block, depth)
+        self.read(&places, block, depth, into)
     }
 
     /// Reads blocks at these places, which are multiples of 4096, each of so many bytes, so many at a time.
-    pub fn read(&self, places: &[u64], block: usize, depth: usize) -> io::Result<Took> {
+    pub fn read(&self, places: &[u64], block: usize, depth: usize, into: Into) -> io::Result<Took> {
         let (next, bytes) = (AtomicU64::new(0), AtomicU64::new(0));
         let clock = Clock::start();
         let work = || -> io::Result<()> {
-            let mut memory = in_huge_pages((block + HUGE_PAGE).next_multiple_of(HUGE_PAGE))?;
+            let mut memory = into.memory((block + HUGE_PAGE).next_multiple_of(HUGE_PAGE))?;
             let address = memory.as_ptr().addr();
             let start = address.next_multiple_of(HUGE_PAGE) - address;
             let buffer = &mut memory[start..start + block];
@@ -70,11 +70,24 @@ impl Device {
     }
 }
 
-/// Memory in huge pages, where there are any: a disk that is handed memory page by page takes longer for small ones.
-fn in_huge_pages(bytes: usize) -> io::Result<MmapMut> {
-    let memory = MmapMut::map_anon(bytes)?;
-    // Where there are none, the others have to do.
-    #[cfg(target_os = "linux")]
-    let _ = memory.advise(memmap2::Advice::HugePage);
-    Ok(memory)
+/// What is read into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Into {
+    /// Memory as programs have it.
+    Pages,
+    /// Huge pages, where there are any: a disk is handed memory page by page, which takes longer for small ones.
+    HugePages,
+}
+
+impl Into {
+    fn memory(self, bytes: usize) -> io::Result<MmapMut> {
+        let memory = MmapMut::map_anon(bytes)?;
+        #[cfg(target_os = "linux")]
+        // Where there are none, the others have to do.
+        let _ = memory.advise(match self {
+            Self::Pages => memmap2::Advice::NoHugePage,
+            Self::HugePages => memmap2::Advice::HugePage,
+        });
+        Ok(memory)
+    }
 }

@@ -8,7 +8,7 @@ use delaunay_tiles::io::Backend;
 use delaunay_tiles::store::{Cache, OpenOptions, TileId, TileReader};
 use futures::{StreamExt, TryStreamExt, stream};
 
-use super::device::Device;
+use super::device::{Device, Into};
 use super::map::MappedFile;
 use super::report::{OfBackend, OfDevice, Report};
 use super::{Clock, Took, caches, median};
@@ -18,6 +18,8 @@ use crate::common;
 const BLOCK: usize = 1 << 20;
 /// How many of them at a time.
 const DEPTHS: [usize; 6] = [1, 2, 4, 8, 16, 32];
+/// How many of them at a time into huge pages, with which it matters little.
+const HUGE_DEPTH: usize = 4;
 /// Tiles that are read at random, and how many at a time.
 const RANDOM_TILES: u64 = 256;
 const RANDOM_DEPTH: usize = 32;
@@ -25,7 +27,8 @@ const RANDOM_DEPTH: usize = 32;
 /// Measure how fast a file is read: all its tiles in order, then tiles at random.
 ///
 /// Each tile's checksum is verified and its content decoded. In turns with that, blocks of 1 MiB of the same file are read past the page
-/// cache with nothing in between, 1 to 32 at a time: what the device can do. Before each run the file is thrown out of the page
+/// cache with nothing in between, 1 to 32 at a time: what the device does for a program that does nothing else. It is also read into huge
+/// pages, which it may be faster with. Before each run the file is thrown out of the page
 /// cache, and, as root, all else too. Medians of several rounds. GB are 10^9 bytes. Take a file larger than the device's
 /// own cache: 4 GiB or more.
 #[derive(Args, Clone, Debug)]
@@ -140,17 +143,20 @@ async fn measure(args: &ReadArgs) -> anyhow::Result<Report> {
         .err()
         .map(|error| format!("the file cannot be read past the page cache: {error}"));
     let mut depths: Vec<Vec<Took>> = vec![Vec::new(); DEPTHS.len()];
-    let mut device_random = Vec::new();
+    let (mut device_huge, mut device_random) = (Vec::new(), Vec::new());
     let mut runs: Vec<Runs> = args.backends.iter().map(|_| Runs::default()).collect();
     let mut all_dropped = true;
     for _ in 0..args.rounds {
         if let Ok(device) = &device {
             for (depth, runs) in DEPTHS.iter().zip(&mut depths) {
-                runs.push(device.scan(BLOCK, *depth).context("cannot read the device")?);
+                let took = device.scan(BLOCK, *depth, Into::Pages);
+                runs.push(took.context("cannot read the device")?);
             }
+            let took = device.scan(BLOCK, HUGE_DEPTH, Into::HugePages);
+            device_huge.push(took.context("cannot read the device")?);
             device_random.push(
                 device
-                    .read(&places, random_block, RANDOM_DEPTH)
+                    .read(&places, random_block, RANDOM_DEPTH, Into::Pages)
                     .context("cannot read the device")?,
             );
         }
@@ -162,7 +168,7 @@ async fn measure(args: &ReadArgs) -> anyhow::Result<Report> {
             runs.random.push(method.read(path, &random).await?);
         }
     }
-    let device = OfDevice::best(&DEPTHS, &depths, &device_random);
+    let device = OfDevice::best(&DEPTHS, &depths, &device_huge, &device_random);
     let backends = args.backends.iter().zip(&runs).map(|(method, runs)| {
         let [cold, warm, random] = [&runs.cold, &runs.warm, &runs.random].map(|runs| median(runs, Took::rate));
         OfBackend::new(method, cold, warm, random, device.as_ref())

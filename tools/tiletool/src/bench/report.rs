@@ -29,6 +29,8 @@ pub struct OfDevice {
     /// Blocks of 1 MiB at a time, with which it was so fast.
     pub queue_depth: usize,
     pub depths: Vec<OfDepth>,
+    /// Into huge pages, 4 at a time.
+    pub huge_pages_gb_per_s: f64,
     /// With blocks as large as a tile, 32 at a time, at random places.
     pub random_gb_per_s: f64,
 }
@@ -47,6 +49,7 @@ pub struct OfBackend {
     /// All tiles in order, cold.
     pub gb_per_s: f64,
     pub ratio_to_device: Option<f64>,
+    pub ratio_to_huge_pages: Option<f64>,
     pub seconds: f64,
     pub cpu_seconds: f64,
     /// Processor time by time.
@@ -62,7 +65,7 @@ pub struct OfBackend {
 
 impl OfDevice {
     /// The fastest depth by the median of its runs; none if there are no runs.
-    pub fn best(depths: &[usize], runs: &[Vec<Took>], random: &[Took]) -> Option<Self> {
+    pub fn best(depths: &[usize], runs: &[Vec<Took>], huge: &[Took], random: &[Took]) -> Option<Self> {
         let measured = depths.iter().zip(runs).filter(|(_, runs)| !runs.is_empty());
         let depths: Vec<_> = measured
             .map(|(&queue_depth, runs)| OfDepth {
@@ -74,6 +77,7 @@ impl OfDevice {
         Some(Self {
             gb_per_s: best.gb_per_s,
             queue_depth: best.queue_depth,
+            huge_pages_gb_per_s: median(huge, Took::rate).rate(),
             random_gb_per_s: median(random, Took::rate).rate(),
             depths,
         })
@@ -88,6 +92,7 @@ impl OfBackend {
             name: name.map_or_else(String::new, |name| name.get_name().to_owned()),
             gb_per_s: cold.rate(),
             ratio_to_device: device.map(|device| cold.rate() / device.gb_per_s),
+            ratio_to_huge_pages: device.map(|device| cold.rate() / device.huge_pages_gb_per_s),
             seconds: cold.seconds,
             cpu_seconds: cold.cpu_seconds,
             cores_busy: cold.cpu_seconds / cold.seconds,
@@ -124,18 +129,23 @@ impl Report {
                 text += &format!("  queue depth {:>2} {:>6.2} GB/s\n", depth.queue_depth, depth.gb_per_s);
             }
             text += &format!(
+                "  huge pages     {:>6.2} GB/s, queue depth 4\n",
+                device.huge_pages_gb_per_s
+            );
+            text += &format!(
                 "  random tiles   {:>6.2} GB/s, queue depth 32\n",
                 device.random_gb_per_s
             );
         }
-        text += "\nbackend      cold  of device  cores busy     warm  per core   random  of device\n";
+        text += "\nbackend      cold  of device  of huge pages  cores busy     warm  per core   random  of device\n";
         let share = |ratio: Option<f64>| ratio.map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.2}"));
         for backend in &self.backends {
             text += &format!(
-                "{:<8} {:>8.2} {:>10} {:>11.2} {:>8.2} {:>9.2} {:>8.2} {:>10}\n",
+                "{:<8} {:>8.2} {:>10} {:>14} {:>11.2} {:>8.2} {:>9.2} {:>8.2} {:>10}\n",
                 backend.name,
                 backend.gb_per_s,
                 share(backend.ratio_to_device),
+                share(backend.ratio_to_huge_pages),
                 backend.cores_busy,
                 backend.warm_gb_per_s,
                 backend.warm_gb_per_cpu_second,
