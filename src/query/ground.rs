@@ -275,13 +275,13 @@ impl<'t> Ground<'t> {
     /// Whether a straight way from a point to a vertex of the tile that turns may go on round what is beside it. It may not if both ends
     /// of the sector face the point.
     pub(super) fn can_turn(self, from: Point, vertex: u32) -> bool {
-        let ends = &self.marks().ends;
-        let Ok(place) = ends.binary_search_by_key(&vertex, |&(vertex, _)| vertex) else {
+        let marks = self.marks();
+        let Some(ends) = marks.ends.get(marks.place[vertex as usize] as usize) else {
             return true;
         };
         let at = self.point(vertex);
-        let [right, left] = ends[place].1.map(|end| orient2d(from, at, self.point(end)));
-        left != Orientation::Clockwise || right != Orientation::CounterClockwise
+        let turn = |end| orient2d(from, at, self.point(end));
+        turn(ends[1]) != Orientation::Clockwise || turn(ends[0]) != Orientation::CounterClockwise
     }
 
     fn find_marks(self) -> Marks {
@@ -305,6 +305,7 @@ impl<'t> Ground<'t> {
             }
         }
         let mut ends = Vec::new();
+        let mut place = vec![u32::MAX; vertices as usize];
         for (vertex, mark) in (0..).zip(&mut marks) {
             if *mark & TOUCHED == 0 {
                 continue;
@@ -315,7 +316,8 @@ impl<'t> Ground<'t> {
                     *mark |= if sectors == 1 { SINGLE } else { 0 };
                     if let Some(of_turning) = turning {
                         *mark |= TURNING;
-                        ends.push((vertex, of_turning));
+                        place[vertex as usize] = ends.len() as u32;
+                        ends.push(of_turning);
                     }
                 }
                 Err(_) => *mark |= TURNING,
@@ -323,6 +325,7 @@ impl<'t> Ground<'t> {
         }
         Marks {
             of_vertices: marks,
+            place,
             ends,
             has_break_lines,
         }
