@@ -14,7 +14,7 @@
 //!
 //! That sides agree with those beyond them is checked here too, and not at each crossing.
 
-use super::ground::{Beyond, Ground, SITE};
+use super::ground::{Beyond, Ground};
 use super::star::next;
 use crate::geometry::{Orientation, orient2d};
 use crate::store::Passages;
@@ -172,8 +172,11 @@ impl<'t> Ground<'t> {
     }
 
     fn site_marks(self) -> Vec<bool> {
-        let marks = &self.marks().of_vertices;
-        marks.iter().map(|marks| marks & SITE != 0).collect()
+        let mut marks = vec![false; self.tile.vertex_count() as usize];
+        for site in self.tile.sites() {
+            marks[site.vertex as usize] = true;
+        }
+        marks
     }
 }
 

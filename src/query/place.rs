@@ -23,7 +23,7 @@ pub(super) struct Place {
     pub(super) is_outside: bool,
     /// The corners of the free triangles that it lies in or on the edge of; none for a vertex.
     pub(super) triangles: Vec<[Point; 3]>,
-    /// The free triangles round it, as far as they are known.
+    /// The free triangles at the vertex or the edge that it is on, as far as they are known.
     pub(super) around: Vec<(TileId, u32)>,
 }
 
@@ -116,7 +116,6 @@ impl Place {
                 let tile = tiles.get(tile).await?;
                 if !tile.is_hole(triangle) {
                     self.triangles.push(tile.triangle_points(triangle));
-                    self.around.push((tile.id(), triangle));
                 }
             }
             Spot::Vertex(vertex) => {
@@ -180,9 +179,9 @@ impl Place {
                     }
                 }
             }
-            Spot::Outside([from, to]) => {
-                for (vertex, forward) in [(from, true), (to, false)] {
-                    search.push_visible(tiles, vertex, forward).await?;
+            Spot::Outside([from, _]) => {
+                for forward in [true, false] {
+                    search.push_visible(tiles, from, forward).await?;
                 }
             }
         }

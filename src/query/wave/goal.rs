@@ -102,6 +102,9 @@ impl Places {
                 this.triangles.push((sum(triangle), triangle, index));
             }
             this.around.extend_from_slice(&place.around);
+            if let Spot::Triangle(triangle) = place.spot {
+                this.around.push((triangle.tile, triangle.triangle));
+            }
         }
         this.vertices.sort_unstable();
         this.triangles.sort_by_key(|triangle| triangle.0);

@@ -1,25 +1,24 @@
 //! How the wave spreads: through triangles, and round vertices.
 
 use super::*;
+use crate::store::Passages;
 
 /// In place of a side that another tile has.
 const NO_SIDE: u32 = u32::MAX;
 
 /// A side by which a cone leaves a triangle, with its ends as seen on the right and on the left: corners, and where they are.
+#[derive(Clone, Copy)]
 struct Door {
     side: u32,
     right: (u32, Point),
     left: (u32, Point),
 }
 
-/// A cone on its way into a triangle of the tile.
+/// What a way through a side has at least, and the side there, of a triangle of the tile.
+#[derive(Clone, Copy)]
 struct Ahead {
-    /// What a way there has at least.
     length: f64,
-    /// The side by which it enters, with its ends as seen.
-    entered: u32,
-    ends: [(u32, Point); 2],
-    cone: Cone,
+    side: u32,
 }
 
 impl Wave {
@@ -85,49 +84,54 @@ impl Wave {
             };
             let on_right = orient2d(cone.root, cone.right, point);
             let best = if on_right == Orientation::Clockwise {
-                self.look(ground, root, &to_left, cone)?
+                let ahead = self.look(ground, passages, root, &to_left, &cone)?;
+                ahead.map(|ahead| (ahead, to_left, cone))
             } else {
                 match orient2d(cone.root, cone.left, point) {
-                    Orientation::CounterClockwise => self.look(ground, root, &to_right, cone)?,
+                    Orientation::CounterClockwise => {
+                        let ahead = self.look(ground, passages, root, &to_right, &cone)?;
+                        ahead.map(|ahead| (ahead, to_right, cone))
+                    }
                     on_left => {
                         self.see_by(ground, root, apex.0, previous(side));
+                        let [mut one, mut other] = [None, None];
+                        let halves = [Cone { left: point, ..cone }, Cone { right: point, ..cone }];
                         // A cone between two equal rays shows nothing that its neighbours do not.
-                        let one = match on_right {
-                            Orientation::Collinear => None,
-                            _ => self.look(ground, root, &to_right, Cone { left: point, ..cone })?,
-                        };
-                        let other = match on_left {
-                            Orientation::Collinear => None,
-                            _ => self.look(ground, root, &to_left, Cone { right: point, ..cone })?,
-                        };
+                        if on_right != Orientation::Collinear {
+                            one = self.look(ground, passages, root, &to_right, &halves[0])?;
+                        }
+                        if on_left != Orientation::Collinear {
+                            other = self.look(ground, passages, root, &to_left, &halves[1])?;
+                        }
                         match (one, other) {
-                            (Some(one), Some(other)) => {
-                                let [near, far] = if one.length <= other.length {
-                                    [one, other]
-                                } else {
-                                    [other, one]
-                                };
-                                self.put_off(ground, root, &far);
-                                Some(near)
+                            (Some(one), Some(other)) if one.length <= other.length => {
+                                self.put_off(ground, root, other, &halves[1]);
+                                Some((one, to_right, halves[0]))
                             }
-                            (one, other) => one.or(other),
+                            (Some(one), Some(other)) => {
+                                self.put_off(ground, root, one, &halves[0]);
+                                Some((other, to_left, halves[1]))
+                            }
+                            (Some(one), None) => Some((one, to_right, halves[0])),
+                            (None, Some(other)) => Some((other, to_left, halves[1])),
+                            (None, None) => None,
                         }
                     }
                 }
             };
-            let Some(best) = best else {
+            let Some((ahead, door, narrow)) = best else {
                 return Ok(());
             };
-            if self.pause == 0 || self.queue.front().is_some_and(|front| front < best.length) {
-                self.put_off(ground, root, &best);
+            if self.pause == 0 || self.queue.front().is_some_and(|front| front < ahead.length) {
+                self.put_off(ground, root, ahead, &narrow);
                 return Ok(());
             }
-            (side, cone) = (best.entered, best.cone);
-            [right, left] = best.ends;
+            (side, cone) = (ahead.side, narrow);
+            (right, left) = (door.right, door.left);
         }
     }
 
-    fn put_off(&mut self, ground: Ground<'_>, root: u32, way: &Ahead) {
+    fn put_off(&mut self, ground: Ground<'_>, root: u32, ahead: Ahead, cone: &Cone) {
         let nowhere = VertexId {
             tile: NOWHERE,
             index: 0,
@@ -135,28 +139,35 @@ impl Wave {
         let item = Item {
             kind: Kind::Cone,
             tile: ground.tile.id(),
-            index: way.entered,
+            index: ahead.side,
             other: nowhere,
             root,
-            right: way.cone.right,
-            left: way.cone.left,
+            right: cone.right,
+            left: cone.left,
             seam: 0,
         };
-        self.push(way.length, item);
+        self.push(ahead.length, item);
     }
 
     /// Looks over a side out of its triangle: if there is a free triangle of this tile where a cone may show what no other one does, the way
     /// on there. If it is another tile's, it waits in the queue.
     #[inline]
-    fn look(&mut self, ground: Ground<'_>, root: u32, door: &Door, cone: Cone) -> Result<Option<Ahead>, String> {
+    fn look(
+        &mut self,
+        ground: Ground<'_>,
+        passages: &Passages,
+        root: u32,
+        door: &Door,
+        cone: &Cone,
+    ) -> Result<Option<Ahead>, String> {
         let [(right_corner, right), (left_corner, left)] = [door.right, door.left];
-        let entered = match ground.passages().beyond(door.side) {
+        let entered = match passages.beyond(door.side) {
             Passage::Side(side) => side,
             Passage::Blocked => return Ok(None),
             Passage::DeadEnd(side) if self.is_all_wanted() || self.here.is_awake(side / 3) => side,
             Passage::DeadEnd(_) => return Ok(None),
             Passage::Outside => {
-                self.see_outside(root, [right, left], &cone);
+                self.see_outside(root, [right, left], cone);
                 return Ok(None);
             }
             Passage::Elsewhere => NO_SIDE,
@@ -164,17 +175,15 @@ impl Wave {
         };
         let crossing = cone.crossing(right, left);
         let way = self.roots[root as usize].length;
+        if self.here.beats(way, &crossing, [right_corner, left_corner]) {
+            return Ok(None);
+        }
         let length = way + crossing.estimate(self.towards.map(|goal| minus(goal, cone.root)));
-        if length > self.limit || self.here.beats(way, &crossing, [right_corner, left_corner]) {
+        if length > self.limit {
             return Ok(None);
         }
         if entered != NO_SIDE {
-            return Ok(Some(Ahead {
-                length,
-                entered,
-                cone,
-                ends: [door.right, door.left],
-            }));
+            return Ok(Some(Ahead { length, side: entered }));
         }
         // Across, the side runs from the one's end to the other's start.
         let [from, to] = ground.tile.ends(door.side).map(|end| end.id);
@@ -206,14 +215,15 @@ impl Wave {
         cone: Cone,
         ends: [Point; 2],
     ) -> Result<(), String> {
-        let [from, to] = [over, next(over)].map(|side| ground.passages().corner(side));
+        let passages = ground.passages();
+        let [from, to] = [over, next(over)].map(|side| passages.corner(side));
         let door = Door {
             side: over,
             right: (from, ends[0]),
             left: (to, ends[1]),
         };
-        if let Some(way) = self.look(ground, root, &door, cone)? {
-            self.put_off(ground, root, &way);
+        if let Some(ahead) = self.look(ground, passages, root, &door, &cone)? {
+            self.put_off(ground, root, ahead, &cone);
         }
         Ok(())
     }
