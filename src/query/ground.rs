@@ -17,6 +17,7 @@
 //! A shortest path bends only where the free side of its sector is wider than a half-turn. The angles of all sectors of a vertex
 //! make a full turn, so at most one of them is so wide: a vertex *turns* in one sector or in none.
 
+use super::passages::Passage;
 use super::star::{next, previous};
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::store::{Across, Marks, Tile};
@@ -123,29 +124,38 @@ impl<'t> Ground<'t> {
 
     /// The wedge beyond the left edge of a free one, if one may go there.
     pub(super) fn left_of(self, vertex: u32, wedge: Wedge) -> Result<Option<Wedge>, String> {
-        let there = self.any_left(vertex, wedge)?;
-        let edge = match (wedge, there) {
-            (Wedge::Triangle(side), _) => previous(side),
-            (_, Wedge::Triangle(side)) => side,
-            _ => return Ok(None),
+        let side = match wedge {
+            Wedge::Triangle(side) => previous(side),
+            Wedge::Outside => {
+                let first = self.first(vertex)?;
+                let is_open = !self.tile.is_wall(first) && self.is_free(first / 3);
+                return Ok(is_open.then_some(Wedge::Triangle(first)));
+            }
         };
-        Ok((!self.tile.is_wall(edge) && self.is_free_wedge(there)).then_some(there))
+        self.wedge_beyond(vertex, side, |there| there)
     }
 
     /// The wedge beyond the right edge of a free one, if one may go there.
     pub(super) fn right_of(self, vertex: u32, wedge: Wedge) -> Result<Option<Wedge>, String> {
-        let (edge, there) = match wedge {
-            Wedge::Triangle(side) => match self.tile.across(side) {
-                Across::Side(other) => (side, Wedge::Triangle(next(other))),
-                Across::Hull => (side, Wedge::Outside),
-                Across::Elsewhere => return Err(incomplete(vertex)),
-            },
+        match wedge {
+            Wedge::Triangle(side) => self.wedge_beyond(vertex, side, next),
             Wedge::Outside => {
                 let last = self.last(vertex)?;
-                (previous(last), Wedge::Triangle(last))
+                let is_open = !self.tile.is_wall(previous(last)) && self.is_free(last / 3);
+                Ok(is_open.then_some(Wedge::Triangle(last)))
             }
-        };
-        Ok((!self.tile.is_wall(edge) && self.is_free_wedge(there)).then_some(there))
+        }
+    }
+
+    /// The wedge beyond a side of a free triangle at one of its ends, if one may go there, given the side that leaves the vertex there.
+    #[inline]
+    fn wedge_beyond(self, vertex: u32, side: u32, leaving: impl FnOnce(u32) -> u32) -> Result<Option<Wedge>, String> {
+        match self.passages().beyond(side) {
+            Passage::Side(there) | Passage::DeadEnd(there) => Ok(Some(Wedge::Triangle(leaving(there)))),
+            Passage::Outside => Ok(Some(Wedge::Outside)),
+            Passage::Blocked => Ok(None),
+            Passage::Elsewhere | Passage::AtOdds => Err(incomplete(vertex)),
+        }
     }
 
     /// The neighbours of a vertex between which a wedge lies: that on its right, and that on its left.
@@ -154,7 +164,7 @@ impl<'t> Ground<'t> {
             Wedge::Triangle(side) => (next(side), previous(side)),
             Wedge::Outside => (previous(self.last(vertex)?), next(self.first(vertex)?)),
         };
-        Ok([right, left].map(|side| self.tile.origin(side)))
+        Ok([right, left].map(|side| self.passages().corner(side)))
     }
 
     /// The side that leaves a hull vertex along the hull, with the hull's inside on its left.
@@ -275,13 +285,13 @@ impl<'t> Ground<'t> {
     /// Whether a straight way from a point to a vertex of the tile that turns may go on round what is beside it. It may not if both ends
     /// of the sector face the point.
     pub(super) fn can_turn(self, from: Point, vertex: u32) -> bool {
-        let ends = &self.marks().ends;
-        let Ok(place) = ends.binary_search_by_key(&vertex, |&(vertex, _)| vertex) else {
+        let marks = self.marks();
+        let Some(ends) = marks.ends.get(marks.place[vertex as usize] as usize) else {
             return true;
         };
         let at = self.point(vertex);
-        let [right, left] = ends[place].1.map(|end| orient2d(from, at, self.point(end)));
-        left != Orientation::Clockwise || right != Orientation::CounterClockwise
+        let turn = |end| orient2d(from, at, self.point(end));
+        turn(ends[1]) != Orientation::Clockwise || turn(ends[0]) != Orientation::CounterClockwise
     }
 
     fn find_marks(self) -> Marks {
@@ -305,6 +315,7 @@ impl<'t> Ground<'t> {
             }
         }
         let mut ends = Vec::new();
+        let mut place = vec![u32::MAX; vertices as usize];
         for (vertex, mark) in (0..).zip(&mut marks) {
             if *mark & TOUCHED == 0 {
                 continue;
@@ -315,7 +326,8 @@ impl<'t> Ground<'t> {
                     *mark |= if sectors == 1 { SINGLE } else { 0 };
                     if let Some(of_turning) = turning {
                         *mark |= TURNING;
-                        ends.push((vertex, of_turning));
+                        place[vertex as usize] = ends.len() as u32;
+                        ends.push(of_turning);
                     }
                 }
                 Err(_) => *mark |= TURNING,
@@ -323,6 +335,7 @@ impl<'t> Ground<'t> {
         }
         Marks {
             of_vertices: marks,
+            place,
             ends,
             has_break_lines,
         }

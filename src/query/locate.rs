@@ -9,8 +9,9 @@ use super::star::{next, previous, side_towards};
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::store::{Across, ReadError, Tile, TileId, TileReader, Vertex, VertexId};
 
-/// Vertices of a tile that are looked at for where to start: for the largest tiles the walk is about as long as that then.
-const SAMPLE: usize = 64;
+/// So many times the cube root of their number of the vertices of a tile are looked at for where to start: the walk takes about as long
+/// as that then.
+const SAMPLE: f64 = 1.5;
 
 /// A triangle, by a tile that holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,14 +117,13 @@ impl Locate {
                 [next(side), previous(side)]
             };
             let sides = [one, other, side];
-            let turns = sides.map(|s| {
-                let [from, to] = [s, next(s)].map(|s| tile.vertex(tile.origin(s)).point);
+            let turn = |s: u32| {
+                let [from, to] = [s, next(s)].map(|s| tile.corner(tile.origin(s)));
                 orient2d(from, to, self.target)
-            });
-            let Some(exit) = turns.iter().position(|&turn| turn == Orientation::Clockwise) else {
-                return Ok(Step::Done(inside(tile, sides, turns).into()));
             };
-            let exit = sides[exit];
+            let Some(exit) = sides.into_iter().find(|&s| turn(s) == Orientation::Clockwise) else {
+                return Ok(Step::Done(inside(tile, sides, sides.map(turn)).into()));
+            };
             side = match tile.across(exit) {
                 Across::Side(side) => side,
                 Across::Hull => return Ok(outside(tile.ends(exit).map(|end| end.id))),
@@ -144,7 +144,8 @@ impl Locate {
             dx * dx + dy * dy
         };
         // The nearest of a few; their vertices are in Morton order, so these are spread evenly.
-        let apart = (tile.vertex_count() as usize / SAMPLE).max(1);
+        let count = f64::from(tile.vertex_count());
+        let apart = (count / (SAMPLE * count.cbrt())).max(1.0) as usize;
         let sample = (0..tile.vertex_count()).step_by(apart);
         let nearest = sample.min_by(|&p, &q| square(tile.point(p)).total_cmp(&square(tile.point(q))));
         if let Some(side) = nearest.and_then(|vertex| tile.side_leaving(vertex)) {

@@ -23,6 +23,8 @@ pub(super) struct Place {
     pub(super) is_outside: bool,
     /// The corners of the free triangles that it lies in or on the edge of; none for a vertex.
     pub(super) triangles: Vec<[Point; 3]>,
+    /// The free triangles at the vertex or the edge that it is on, as far as they are known.
+    pub(super) around: Vec<(TileId, u32)>,
 }
 
 /// Where a point lies.
@@ -59,6 +61,7 @@ impl Place {
             is_free: false,
             is_outside: false,
             triangles: Vec::new(),
+            around: Vec::new(),
         };
         this.look_round(tiles).await?;
         Ok(this)
@@ -82,6 +85,7 @@ impl Place {
             is_free: true,
             is_outside: false,
             triangles: Vec::new(),
+            around: Vec::new(),
         }
     }
 
@@ -124,13 +128,22 @@ impl Place {
                     outside_is_free,
                 };
                 let wedges = ground.free_wedges(vertex.id.index);
-                self.is_free = !wedges.map_err(|reason| tiles.damaged(tile.id(), reason))?.is_empty();
+                let wedges = wedges.map_err(|reason| tiles.damaged(tile.id(), reason))?;
+                self.is_free = !wedges.is_empty();
+                for wedge in wedges {
+                    if let Wedge::Triangle(side) = wedge {
+                        self.around.push((tile.id(), side / 3));
+                    }
+                }
             }
             Spot::Edge { ends: [a, b] } => {
                 for [from, to] in [[a, b], [b, a]] {
                     match tiles.side_between(from.id, to.id).await? {
                         Some((tile, side)) if tile.is_hole(side / 3) => {}
-                        Some((tile, side)) => self.triangles.push(tile.triangle_points(side / 3)),
+                        Some((tile, side)) => {
+                            self.triangles.push(tile.triangle_points(side / 3));
+                            self.around.push((tile.id(), side / 3));
+                        }
                         None => self.is_outside |= outside_is_free,
                     }
                 }
@@ -166,9 +179,9 @@ impl Place {
                     }
                 }
             }
-            Spot::Outside([from, to]) => {
-                for (vertex, forward) in [(from, true), (to, false)] {
-                    search.push_visible(tiles, vertex, forward).await?;
+            Spot::Outside([from, _]) => {
+                for forward in [true, false] {
+                    search.push_visible(tiles, from, forward).await?;
                 }
             }
         }

@@ -8,7 +8,7 @@ use futures::stream::{self, Stream};
 use super::place::Place;
 use super::route::{self, Path};
 use super::tiles::Tiles;
-use super::wave::{Found, Goal, Part, Places, Step, Wave, What};
+use super::wave::{Found, Goal, Part, Places, Step, Wave, What, distance};
 use super::{Mode, QueryError, QueryOptions, fast};
 use crate::geometry::Point;
 use crate::store::{Tile, TileReader, Vertex, VertexId};
@@ -96,7 +96,7 @@ pub enum PathOutcome {
 /// A wave and its tiles.
 pub(super) struct Run {
     pub(super) tiles: Tiles,
-    pub(super) wave: Wave,
+    pub(super) wave: Box<Wave>,
     pub(super) tile: Arc<Tile>,
     source: Place,
     pub(super) options: QueryOptions,
@@ -435,6 +435,13 @@ impl TileReader {
         }
         if options.mode != Mode::Exact {
             return fast::path(tiles, from, to, options).await;
+        }
+        if options.explored.is_none() && tiles.sees(&from, &to).await? {
+            let way = [&from, &to].map(|place| (place.point, None));
+            let length = distance(from.point, to.point);
+            let path = route::path(&mut tiles, &way, [&from, &to], length, options.certify).await;
+            let path = path.map_err(|error| error.at_least(length))?;
+            return Ok((PathOutcome::Found(path), tiles.count()));
         }
         let goal = Goal::Places(Places::new([&to]));
         let mut run = Run::start(tiles, from, goal, f64::INFINITY, options).await?;

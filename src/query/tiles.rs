@@ -1,13 +1,17 @@
 //! Tiles for one query: the few that it needs at once, and how many it may read, for how long.
 
 use std::collections::HashSet;
+use std::hash::BuildHasherDefault;
 use std::sync::Arc;
 use std::time::Instant;
 
 use tokio::task::JoinSet;
 
+use super::ground::Ground;
 use super::locate::{Locate, Step, Walked};
+use super::place::Place;
 use super::star::side_towards;
+use super::wave::Mix;
 use super::{Location, QueryError, QueryOptions};
 use crate::geometry::{Point, Rect};
 use crate::store::{Metadata, Tile, TileId, TileReader, VertexId};
@@ -23,7 +27,7 @@ pub(super) struct Tiles {
     /// The last ones, the very last first.
     held: Vec<Arc<Tile>>,
     /// All that were asked for, ahead or not.
-    read: HashSet<TileId>,
+    read: HashSet<TileId, BuildHasherDefault<Mix>>,
     max_tiles: u64,
     deadline: Option<Instant>,
     /// What is asked for ahead, if anything was; it ends with the query.
@@ -35,7 +39,7 @@ impl Tiles {
         Self {
             reader: reader.clone(),
             held: Vec::with_capacity(HELD),
-            read: HashSet::new(),
+            read: HashSet::default(),
             max_tiles: options.max_tiles.unwrap_or(u64::MAX),
             deadline: options.max_time.and_then(|time| Instant::now().checked_add(time)),
             ahead: None,
@@ -114,6 +118,17 @@ impl Tiles {
             Some(tile) => Ok(Arc::clone(tile)),
             None => self.get(TileId(0)).await,
         }
+    }
+
+    /// Whether one place sees another one, as far as a quick look at the last tile tells.
+    pub(super) async fn sees(&mut self, from: &Place, to: &Place) -> Result<bool, QueryError> {
+        let outside_is_free = self.outside_is_free();
+        let tile = self.last().await?;
+        let ground = Ground {
+            tile: &tile,
+            outside_is_free,
+        };
+        Ok(ground.sees(from, to))
     }
 
     /// Fails when the time is over.

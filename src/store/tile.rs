@@ -75,6 +75,8 @@ pub struct Tile {
     sites: Option<Sites>,
     /// What queries note of the vertices; found when the first one asks.
     marks: Arc<OnceLock<Marks>>,
+    /// What queries note of the sides, likewise.
+    passages: Arc<OnceLock<Passages>>,
 }
 
 /// What queries note of a tile's vertices.
@@ -82,10 +84,21 @@ pub struct Tile {
 pub(crate) struct Marks {
     /// A byte for each.
     pub(crate) of_vertices: Vec<u8>,
-    /// Two corners for some of them, in order.
-    pub(crate) ends: Vec<(u32, [u32; 2])>,
+    /// For each, the place in `ends` of what is noted there of it, or a number beyond.
+    pub(crate) place: Vec<u32>,
+    /// Two corners for some of them.
+    pub(crate) ends: Vec<[u32; 2]>,
     /// Whether a side is a constraint that does not block.
     pub(crate) has_break_lines: bool,
+}
+
+/// What queries note of a tile's sides.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Passages {
+    /// The corner that each starts at.
+    pub(crate) corners: Vec<u32>,
+    /// What lies beyond each.
+    pub(crate) beyond: Vec<u32>,
 }
 
 /// Bytes of a foreign vertex in a border.
@@ -143,8 +156,10 @@ impl Tile {
             + self.regions.byte_size()
             + self.sites.as_ref().map_or(0, Sites::byte_size)
             + packed.iter().map(|p| p.byte_size()).sum::<usize>();
-        // Marks, if a query asks for them; most vertices have no ends.
-        size_of::<Self>() + memory_of(of_file) + 4 * self.records.len()
+        // What queries note, if they ask.
+        let noted = self.records.len() * (size_of::<u8>() + size_of::<u32>() + size_of::<[u32; 2]>())
+            + 3 * self.triangle_count() as usize * 2 * size_of::<u32>();
+        size_of::<Self>() + memory_of(of_file) + noted
     }
 
     /// Where a vertex of the tile is.
@@ -393,6 +408,11 @@ impl Tile {
     /// What queries note of the vertices, made when it is first asked for.
     pub(crate) fn marks(&self, make: impl FnOnce() -> Marks) -> &Marks {
         self.marks.get_or_init(make)
+    }
+
+    /// What queries note of the sides, made when it is first asked for.
+    pub(crate) fn passages(&self, make: impl FnOnce() -> Passages) -> &Passages {
+        self.passages.get_or_init(make)
     }
 
     /// How many sites there are at the tile's vertices.

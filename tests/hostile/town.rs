@@ -4,7 +4,7 @@ use bytes::Bytes;
 use delaunay_tiles::build::Builder;
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
-use delaunay_tiles::query::QueryOptions;
+use delaunay_tiles::query::{Mode, QueryOptions};
 use delaunay_tiles::store::{Digest, EdgeSource, LineKind, TileReader};
 use futures::stream::StreamExt;
 
@@ -139,7 +139,9 @@ impl Town {
                 while let Some(Ok(site)) = sites.next().await {
                     assert!(site.distance.value >= 0.0, "{story}");
                 }
-                let _ = reader.shortest_path(from, at([6.5, 7.5]), options()).await;
+                for mode in [Mode::Exact, Mode::Fast] {
+                    let _ = reader.shortest_path(from, at([6.5, 7.5]), options().mode(mode)).await;
+                }
             }
             let digest = reader.digest().await.map_err(told);
             let is_proven = reader.verify(true).await.is_ok();

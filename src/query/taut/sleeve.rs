@@ -142,6 +142,7 @@ async fn reach(tiles: &mut Tiles, node: &Node, other: &Node) -> Result<Vec<(Wedg
 }
 
 /// What a straight way from the vertex that a side leaves crosses, through the triangle of the side, to a point. None if it cannot go there.
+/// It ends, whatever the tiles say: see [`Ground::check_crossing`].
 async fn straight(tiles: &mut Tiles, tile: Arc<Tile>, side: u32, to: Point) -> Result<Option<Vec<Portal>>, QueryError> {
     let from = tile.corner(tile.origin(side));
     let (mut tile, mut exit) = (tile, next(side));
@@ -169,6 +170,8 @@ async fn straight(tiles: &mut Tiles, tile: Arc<Tile>, side: u32, to: Point) -> R
                 _ => return Ok(None),
             },
         };
+        let crossed = ground(tiles, &tile).check_crossing(entered, [left.point, right.point]);
+        crossed.map_err(|reason| tiles.damaged(tile.id(), reason))?;
         if is_in(&tile, entered / 3) {
             break;
         }

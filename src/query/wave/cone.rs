@@ -31,7 +31,7 @@ fn cross(a: Point, b: Point) -> f64 {
 }
 
 #[inline]
-fn minus(a: Point, b: Point) -> Point {
+pub(super) fn minus(a: Point, b: Point) -> Point {
     Point::new(a.x - b.x, a.y - b.y)
 }
 
@@ -42,48 +42,85 @@ fn size(v: Point) -> f64 {
 }
 
 impl Cone {
-    /// At most the length of a shortest way from the root through the part of a side that the cone holds, to the goal if there
-    /// is one. The cone reaches over the side, whose ends are seen on its right and on its left.
+    /// Where the cone crosses a side, whose ends are seen on its right and on its left, beyond or on its rays.
     #[inline]
-    pub(super) fn estimate(&self, right: Point, left: Point, goal: Option<Point>) -> f64 {
+    pub(super) fn crossing(&self, right: Point, left: Point) -> Crossing {
+        let ends = [right, left].map(|end| minus(end, self.root));
         let side = minus(left, right);
-        let from = self.hit(self.right, right, left, side);
-        let to = self.hit(self.left, left, right, side);
-        let (near, far) = (minus(from, self.root), minus(to, self.root));
-        let slack = ERROR * (size(near) + size(far));
-        let length = match goal {
-            None => to_segment(near, far),
-            Some(goal) => {
-                let mut goal = minus(goal, self.root);
-                // What is on the root's side is reached as its mirror image would be.
-                let corner = minus(right, self.root);
-                let off = cross(side, minus(goal, corner));
-                if off > 0.0 {
-                    let push = 2.0 * off / (side.x * side.x + side.y * side.y);
-                    goal = Point::new(goal.x + push * side.y, goal.y - push * side.x);
-                }
-                through(near, far, goal)
-            }
+        let [on_right, on_left] = [self.right == right, self.left == left];
+        let near = if on_right {
+            ends[0]
+        } else {
+            self.hit(self.right, ends[0], left, ends[1], side)
         };
-        (length - slack).max(0.0)
+        let far = if on_left {
+            ends[1]
+        } else {
+            self.hit(self.left, ends[1], right, ends[0], side)
+        };
+        let rays = [near, far];
+        Crossing {
+            rays,
+            ends,
+            lengths: rays.map(|ray| (ray.x * ray.x + ray.y * ray.y).sqrt()),
+            slack: 4.0 * ERROR * (size(near) + size(far)),
+        }
     }
 
-    /// Where the ray through a vertex crosses a side; where that is not to be told well, the side's end, which is farther out.
+    /// Where the ray through a vertex crosses a side, seen from the root; where that is not to be told well, the side's end, which is farther out.
     #[inline]
-    fn hit(&self, via: Point, end: Point, other: Point, side: Point) -> Point {
-        if via == end {
-            return end;
-        }
+    fn hit(&self, via: Point, end: Point, other: Point, other_end: Point, side: Point) -> Point {
         if via == other {
-            return other;
+            return other_end;
         }
         let ray = minus(via, self.root);
         let determinant = cross(ray, side);
         if determinant.abs() <= SLANT * size(ray) * size(side) {
             return end;
         }
-        let along = cross(minus(end, self.root), side) / determinant;
-        Point::new(self.root.x + along * ray.x, self.root.y + along * ray.y)
+        let along = cross(end, side) / determinant;
+        Point::new(along * ray.x, along * ray.y)
+    }
+}
+
+/// Where a cone crosses a side, as seen from the root; what is on the right comes first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Crossing {
+    /// Where the rays cross it, and how far that is.
+    pub(super) rays: [Point; 2],
+    pub(super) lengths: [f64; 2],
+    /// Its ends.
+    pub(super) ends: [Point; 2],
+    /// More than lengths by way of where the rays cross may be wrong by.
+    pub(super) slack: f64,
+}
+
+impl Crossing {
+    /// At most the length of a shortest way from the root through the crossing, to the goal, as seen from the root, if there is one.
+    #[inline]
+    pub(super) fn estimate(&self, goal: Option<Point>) -> f64 {
+        let [right, left] = self.rays;
+        let length = match goal {
+            None => to_segment(right, left),
+            Some(goal) => {
+                let mut goal = goal;
+                // What is on the root's side is reached as its mirror image would be.
+                let side = minus(self.ends[1], self.ends[0]);
+                let off = cross(side, minus(goal, self.ends[0]));
+                if off > 0.0 {
+                    let push = 2.0 * off / (side.x * side.x + side.y * side.y);
+                    goal = Point::new(goal.x + push * side.y, goal.y - push * side.x);
+                }
+                if cross(right, goal) < 0.0 {
+                    self.lengths[0] + distance(right, goal)
+                } else if cross(left, goal) > 0.0 {
+                    self.lengths[1] + distance(left, goal)
+                } else {
+                    (goal.x * goal.x + goal.y * goal.y).sqrt()
+                }
+            }
+        };
+        (length - self.slack).max(0.0)
     }
 }
 
@@ -99,16 +136,4 @@ fn to_segment(a: Point, b: Point) -> f64 {
     let along = along.clamp(0.0, 1.0);
     let foot = Point::new(a.x + along * d.x, a.y + along * d.y);
     (foot.x * foot.x + foot.y * foot.y).sqrt()
-}
-
-/// The length of the shortest way from the origin to a goal by way of a segment, given its right and left end as seen.
-fn through(right: Point, left: Point, goal: Point) -> f64 {
-    let origin = Point::new(0.0, 0.0);
-    if cross(right, goal) < 0.0 {
-        distance(origin, right) + distance(right, goal)
-    } else if cross(left, goal) > 0.0 {
-        distance(origin, left) + distance(left, goal)
-    } else {
-        distance(origin, goal)
-    }
 }

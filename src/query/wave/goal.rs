@@ -1,9 +1,8 @@
 //! What the wave looks for.
 
-use std::collections::HashMap;
-
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::query::place::{Place, Spot};
+use crate::store::TileId;
 
 /// What is to be found.
 #[derive(Clone, Debug)]
@@ -20,14 +19,16 @@ pub(in crate::query) enum Goal {
 #[derive(Clone, Debug, Default)]
 pub(in crate::query) struct Places {
     points: Vec<Point>,
-    /// Free triangles that a place lies in or on, by a number made of their corners.
-    triangles: HashMap<u64, Vec<([Point; 3], u32)>>,
+    /// Free triangles that a place lies in or on, in order of a number made of their corners.
+    triangles: Vec<(u64, [Point; 3], u32)>,
     /// Corners of those triangles, for a quick no.
     corners: Filter,
-    /// Vertices that are places.
-    vertices: HashMap<u64, Vec<u32>>,
+    /// Vertices that are places, in order of their points' numbers.
+    vertices: Vec<(u64, u32)>,
     /// Places outside the hull or on its edge.
     pub(super) outside: Vec<u32>,
+    /// Free triangles round places, in order.
+    around: Vec<(TileId, u32)>,
 }
 
 /// Numbers that may be in a set.
@@ -91,22 +92,37 @@ impl Places {
         for (place, index) in places.into_iter().zip(0..) {
             this.points.push(place.point);
             if let (Spot::Vertex(vertex), true) = (place.spot, place.is_free) {
-                this.vertices.entry(number(vertex.point)).or_default().push(index);
+                this.vertices.push((number(vertex.point), index));
             }
             if place.is_outside {
                 this.outside.push(index);
             }
             for &triangle in &place.triangles {
                 corners.extend(triangle.map(number));
-                this.triangles.entry(sum(triangle)).or_default().push((triangle, index));
+                this.triangles.push((sum(triangle), triangle, index));
+            }
+            this.around.extend_from_slice(&place.around);
+            if let Spot::Triangle(triangle) = place.spot {
+                this.around.push((triangle.tile, triangle.triangle));
             }
         }
+        this.vertices.sort_unstable();
+        this.triangles.sort_by_key(|triangle| triangle.0);
+        this.around.sort_unstable();
+        this.around.dedup();
         this.corners = Filter::of(&corners);
         this
     }
 
     pub(super) fn points(&self) -> &[Point] {
         &self.points
+    }
+
+    /// The free triangles of a tile in or at which places lie.
+    pub(super) fn triangles_in(&self, tile: TileId) -> impl Iterator<Item = u32> {
+        let first = self.around.partition_point(|around| around.0 < tile);
+        let here = self.around[first..].iter().take_while(move |around| around.0 == tile);
+        here.map(|around| around.1)
     }
 
     /// The only one there is.
@@ -123,7 +139,9 @@ impl Places {
         if !self.corners.may_have(number(corners[0])) {
             return;
         }
-        for &(triangle, index) in self.triangles.get(&sum(corners)).into_iter().flatten() {
+        let sum = sum(corners);
+        let first = self.triangles.partition_point(|triangle| triangle.0 < sum);
+        for &(_, triangle, index) in self.triangles[first..].iter().take_while(|triangle| triangle.0 == sum) {
             let point = self.points[index as usize];
             if same(triangle, corners) && holds(corners, point) {
                 take(index, point);
@@ -134,12 +152,12 @@ impl Places {
     /// The places on a vertex.
     #[inline]
     pub(super) fn on_vertex(&self, vertex: Point) -> impl Iterator<Item = u32> {
-        let found = if self.vertices.is_empty() {
-            None
-        } else {
-            self.vertices.get(&number(vertex))
-        };
-        let places = found.into_iter().flatten().copied();
+        let number = if self.vertices.is_empty() { 0 } else { number(vertex) };
+        let first = self.vertices.partition_point(|vertex| vertex.0 < number);
+        let places = self.vertices[first..]
+            .iter()
+            .take_while(move |vertex| vertex.0 == number);
+        let places = places.map(|vertex| vertex.1);
         places.filter(move |&index| self.points[index as usize] == vertex)
     }
 

@@ -27,23 +27,28 @@ mod cone;
 mod goal;
 mod parts;
 mod queue;
+mod reached;
 mod roots;
 mod spread;
 mod start;
 
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::{BinaryHeap, HashMap};
+use std::hash::BuildHasherDefault;
 
-use super::ground::{Beyond, Ground, SINGLE, SITE, TURNING, Wedge};
+use super::ground::{Ground, SINGLE, SITE, TURNING, Wedge};
+use super::passages::Passage;
 use super::place::Place;
 use super::star::{next, previous, side_towards};
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::store::{Tile, TileId, Vertex, VertexId};
-use cone::Cone;
 pub(super) use cone::distance;
+use cone::{Cone, minus};
 pub(super) use goal::{Goal, Places};
 pub(super) use parts::{Part, Shape, Side};
 use queue::{Item, Kind, NOWHERE, Queue, Via, seam_between};
+use reached::Reached;
+pub(super) use roots::Mix;
 use roots::{NO_ROOT, Root, SeenVertices, TIE};
 
 /// Triangles that one step passes through at most, more or less.
@@ -128,6 +133,10 @@ pub(super) struct Wave {
     queue: Queue,
     roots: Vec<Root>,
     seen: SeenVertices,
+    /// What it knows of the tile that it is in, and of those where it was.
+    here: Reached,
+    here_is: TileId,
+    elsewhere: HashMap<TileId, Reached, BuildHasherDefault<Mix>>,
     ready: BinaryHeap<Reverse<Ready>>,
     /// Goals that were told.
     told: Vec<bool>,
@@ -141,26 +150,30 @@ pub(super) struct Wave {
 
 impl Wave {
     /// A wave from a free place to all that is not farther away than `limit`.
-    pub(super) fn new(source: &Place, goal: Goal, limit: f64, outside_is_free: bool) -> Self {
+    pub(super) fn new(source: &Place, goal: Goal, limit: f64, outside_is_free: bool) -> Box<Self> {
         let (towards, goals) = match &goal {
             Goal::Places(places) => (places.single(), places.points().len()),
             Goal::Sites | Goal::Vertices => (None, 0),
         };
-        let mut this = Self {
+        // It is large, and moved with the futures that drive it.
+        let mut this = Box::new(Self {
             source: source.point,
             outside_is_free,
             goal,
             towards,
             limit,
-            queue: Queue::default(),
-            roots: Vec::new(),
+            queue: Queue::new(),
+            roots: Vec::with_capacity(8),
             seen: SeenVertices::default(),
+            here: Reached::default(),
+            here_is: NOWHERE,
+            elsewhere: HashMap::default(),
             ready: BinaryHeap::new(),
             told: vec![false; goals],
             pause: 0,
             parts: None,
             beside: None,
-        };
+        });
         this.start(source);
         this
     }
@@ -224,6 +237,7 @@ impl Wave {
             tile,
             outside_is_free: self.outside_is_free,
         };
+        self.come_to(ground);
         loop {
             let front = self.queue.front();
             let is_next = |ready: &Reverse<Ready>| front.is_none_or(|front| f64::from_bits(ready.0.length) < front);
@@ -256,6 +270,23 @@ impl Wave {
                 Kind::StartVertex => self.start_at(ground, item.index)?,
                 Kind::Hull | Kind::HullBack => self.start_along_hull(ground, &item)?,
             }
+        }
+    }
+
+    /// Turns to what is known of a tile.
+    fn come_to(&mut self, ground: Ground<'_>) {
+        let id = ground.tile.id();
+        if self.here_is == id {
+            return;
+        }
+        let here = self.elsewhere.remove(&id).unwrap_or_else(|| match &self.goal {
+            Goal::Places(places) => Reached::new(ground.tile, ground.passages(), places.triangles_in(id)),
+            Goal::Sites | Goal::Vertices => Reached::new(ground.tile, ground.passages(), std::iter::empty()),
+        });
+        let there = std::mem::replace(&mut self.here, here);
+        let was = std::mem::replace(&mut self.here_is, id);
+        if was != NOWHERE {
+            self.elsewhere.insert(was, there);
         }
     }
 

@@ -9,6 +9,8 @@ use crate::store::{TileId, VertexId};
 
 /// Items that are looked at for what comes soon: four levels of a heap.
 const TOP: usize = 15;
+/// Items for which there is room from the start.
+const ROOM: usize = 32;
 
 /// A mark in place of a tile.
 pub(super) const NOWHERE: TileId = TileId(u32::MAX);
@@ -91,7 +93,7 @@ impl Via {
 }
 
 /// Items by what they promise: no way that goes on from one is shorter. Of equal ones any may be first.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Queue {
     heap: BinaryHeap<Entry>,
     items: Vec<Item>,
@@ -99,15 +101,23 @@ pub(super) struct Queue {
 }
 
 /// A place in `items`, with the bits of a length that is not negative, which are ordered as it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 struct Entry {
     length: u64,
     place: u32,
 }
 
+impl PartialEq for Entry {
+    fn eq(&self, other: &Self) -> bool {
+        self.length == other.length
+    }
+}
+
+impl Eq for Entry {}
+
 impl Ord for Entry {
     fn cmp(&self, other: &Self) -> Ordering {
-        other.length.cmp(&self.length).then(self.place.cmp(&other.place))
+        other.length.cmp(&self.length)
     }
 }
 
@@ -118,6 +128,14 @@ impl PartialOrd for Entry {
 }
 
 impl Queue {
+    pub(super) fn new() -> Self {
+        Self {
+            heap: BinaryHeap::with_capacity(ROOM),
+            items: Vec::with_capacity(ROOM),
+            unused: Vec::with_capacity(ROOM),
+        }
+    }
+
     pub(super) fn push(&mut self, length: f64, item: Item) {
         let place = match self.unused.pop() {
             Some(place) => {

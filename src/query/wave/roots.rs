@@ -55,7 +55,7 @@ pub(super) type SeenVertices = HashMap<VertexId, Seen, BuildHasherDefault<Mix>>;
 
 /// A fast hash for numbers that nobody chooses: multiply and fold.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Mix(u64);
+pub(in crate::query) struct Mix(u64);
 
 impl Hasher for Mix {
     fn finish(&self) -> u64 {

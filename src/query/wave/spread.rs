@@ -1,6 +1,25 @@
 //! How the wave spreads: through triangles, and round vertices.
 
 use super::*;
+use crate::store::Passages;
+
+/// In place of a side that another tile has.
+const NO_SIDE: u32 = u32::MAX;
+
+/// A side by which a cone leaves a triangle, with its ends as seen on the right and on the left: corners, and where they are.
+#[derive(Clone, Copy)]
+struct Door {
+    side: u32,
+    right: (u32, Point),
+    left: (u32, Point),
+}
+
+/// What a way through a side has at least, and the side there, of a triangle of the tile.
+#[derive(Clone, Copy)]
+struct Ahead {
+    length: f64,
+    side: u32,
+}
 
 impl Wave {
     /// A cone enters a triangle.
@@ -38,60 +57,81 @@ impl Wave {
 
     /// Pushes a cone through the free triangle of a side, and on as long as nothing else is nearer.
     pub(super) fn through(&mut self, ground: Ground<'_>, root: u32, side: u32, cone: Cone) -> Result<(), String> {
+        let passages = ground.passages();
+        let end = |side: u32| {
+            let corner = passages.corner(side);
+            (corner, ground.point(corner))
+        };
         let (mut side, mut cone) = (side, cone);
+        let [mut right, mut left] = [next(side), side].map(end);
         loop {
             self.pause = self.pause.saturating_sub(1);
-            let apex = ground.tile.origin(previous(side));
-            let point = ground.point(apex);
-            let [left, right] = [side, next(side)].map(|side| ground.point(ground.tile.origin(side)));
-            let corners = [left, right, point];
+            let apex = end(previous(side));
+            let point = apex.1;
+            let corners = [left.1, right.1, point];
             self.see_places_within(root, corners, &cone);
             let between = Some([cone.right, cone.left]);
             self.keep(root, Shape::Triangle { corners, between });
-            let turns = [cone.right, cone.left].map(|bound| orient2d(cone.root, bound, point));
-            let [over_right, over_left] = [(next(side), [right, point]), (previous(side), [point, left])];
-            let ways = match turns {
-                // Left of the cone.
-                [_, Orientation::CounterClockwise] => [Some((over_right, cone)), None],
-                // Right of it.
-                [Orientation::Clockwise, _] => [Some((over_left, cone)), None],
-                [on_right, on_left] => {
-                    self.see_by(ground, root, apex, previous(side));
-                    let to_right = Cone { left: point, ..cone };
-                    let to_left = Cone { right: point, ..cone };
-                    // A cone between two equal rays shows nothing that its neighbours do not.
-                    [
-                        (on_right != Orientation::Collinear).then_some((over_right, to_right)),
-                        (on_left != Orientation::Collinear).then_some((over_left, to_left)),
-                    ]
-                }
+            let to_right = Door {
+                side: next(side),
+                right,
+                left: apex,
             };
-            let mut best: Option<(f64, u32, Cone)> = None;
-            for ((over, ends), cone) in ways.into_iter().flatten() {
-                let Some((length, entered)) = self.look(ground, root, over, &cone, ends)? else {
-                    continue;
-                };
-                match best {
-                    Some((nearest, ..)) if nearest <= length => self.put_off(ground, root, length, entered, cone),
-                    _ => {
-                        if let Some((length, entered, cone)) = best.replace((length, entered, cone)) {
-                            self.put_off(ground, root, length, entered, cone);
+            let to_left = Door {
+                side: previous(side),
+                right: apex,
+                left,
+            };
+            let on_right = orient2d(cone.root, cone.right, point);
+            let best = if on_right == Orientation::Clockwise {
+                let ahead = self.look(ground, passages, root, &to_left, &cone)?;
+                ahead.map(|ahead| (ahead, to_left, cone))
+            } else {
+                match orient2d(cone.root, cone.left, point) {
+                    Orientation::CounterClockwise => {
+                        let ahead = self.look(ground, passages, root, &to_right, &cone)?;
+                        ahead.map(|ahead| (ahead, to_right, cone))
+                    }
+                    on_left => {
+                        self.see_by(ground, root, apex.0, previous(side));
+                        let [mut one, mut other] = [None, None];
+                        let halves = [Cone { left: point, ..cone }, Cone { right: point, ..cone }];
+                        // A cone between two equal rays shows nothing that its neighbours do not.
+                        if on_right != Orientation::Collinear {
+                            one = self.look(ground, passages, root, &to_right, &halves[0])?;
+                        }
+                        if on_left != Orientation::Collinear {
+                            other = self.look(ground, passages, root, &to_left, &halves[1])?;
+                        }
+                        match (one, other) {
+                            (Some(one), Some(other)) if one.length <= other.length => {
+                                self.put_off(ground, root, other, &halves[1]);
+                                Some((one, to_right, halves[0]))
+                            }
+                            (Some(one), Some(other)) => {
+                                self.put_off(ground, root, one, &halves[0]);
+                                Some((other, to_left, halves[1]))
+                            }
+                            (Some(one), None) => Some((one, to_right, halves[0])),
+                            (None, Some(other)) => Some((other, to_left, halves[1])),
+                            (None, None) => None,
                         }
                     }
                 }
-            }
-            let Some((length, entered, narrow)) = best else {
+            };
+            let Some((ahead, door, narrow)) = best else {
                 return Ok(());
             };
-            if self.pause == 0 || self.queue.front().is_some_and(|front| front < length) {
-                self.put_off(ground, root, length, entered, narrow);
+            if self.pause == 0 || self.queue.front().is_some_and(|front| front < ahead.length) {
+                self.put_off(ground, root, ahead, &narrow);
                 return Ok(());
             }
-            (side, cone) = (entered, narrow);
+            (side, cone) = (ahead.side, narrow);
+            (right, left) = (door.right, door.left);
         }
     }
 
-    fn put_off(&mut self, ground: Ground<'_>, root: u32, length: f64, side: u32, cone: Cone) {
+    fn put_off(&mut self, ground: Ground<'_>, root: u32, ahead: Ahead, cone: &Cone) {
         let nowhere = VertexId {
             tile: NOWHERE,
             index: 0,
@@ -99,45 +139,54 @@ impl Wave {
         let item = Item {
             kind: Kind::Cone,
             tile: ground.tile.id(),
-            index: side,
+            index: ahead.side,
             other: nowhere,
             root,
             right: cone.right,
             left: cone.left,
             seam: 0,
         };
-        self.push(length, item);
+        self.push(ahead.length, item);
     }
 
-    /// Looks over a side out of its triangle, with these ends as seen on the right and on the left: if there is a free triangle of this
-    /// tile, what a way through it has at least, and the side there. If it is another tile's, it waits in the queue.
+    /// Looks over a side out of its triangle: if there is a free triangle of this tile where a cone may show what no other one does, the way
+    /// on there. If it is another tile's, it waits in the queue.
+    #[inline]
     fn look(
         &mut self,
         ground: Ground<'_>,
+        passages: &Passages,
         root: u32,
-        over: u32,
+        door: &Door,
         cone: &Cone,
-        [right, left]: [Point; 2],
-    ) -> Result<Option<(f64, u32)>, String> {
-        let beyond = ground.beyond(over);
-        match beyond {
-            Beyond::Blocked => return Ok(None),
-            Beyond::Outside => {
+    ) -> Result<Option<Ahead>, String> {
+        let [(right_corner, right), (left_corner, left)] = [door.right, door.left];
+        let entered = match passages.beyond(door.side) {
+            Passage::Side(side) => side,
+            Passage::Blocked => return Ok(None),
+            Passage::DeadEnd(side) if self.is_all_wanted() || self.here.is_awake(side / 3) => side,
+            Passage::DeadEnd(_) => return Ok(None),
+            Passage::Outside => {
                 self.see_outside(root, [right, left], cone);
                 return Ok(None);
             }
-            Beyond::Side(_) | Beyond::Elsewhere => {}
+            Passage::Elsewhere => NO_SIDE,
+            Passage::AtOdds => return Err(at_odds(door.side)),
+        };
+        let crossing = cone.crossing(right, left);
+        let way = self.roots[root as usize].length;
+        if self.here.beats(way, &crossing, [right_corner, left_corner]) {
+            return Ok(None);
         }
-        let length = self.roots[root as usize].length + cone.estimate(right, left, self.towards);
+        let length = way + crossing.estimate(self.towards.map(|goal| minus(goal, cone.root)));
         if length > self.limit {
             return Ok(None);
         }
-        if let Beyond::Side(side) = beyond {
-            ground.check_crossing(side, [left, right])?;
-            return Ok(Some((length, side)));
+        if entered != NO_SIDE {
+            return Ok(Some(Ahead { length, side: entered }));
         }
         // Across, the side runs from the one's end to the other's start.
-        let [from, to] = ground.tile.ends(over).map(|end| end.id);
+        let [from, to] = ground.tile.ends(door.side).map(|end| end.id);
         let item = Item {
             kind: Kind::Cone,
             tile: from.tile,
@@ -152,6 +201,11 @@ impl Wave {
         Ok(None)
     }
 
+    /// Whether what lies in dead ends is wanted too.
+    fn is_all_wanted(&self) -> bool {
+        self.parts.is_some() || matches!(self.goal, Goal::Vertices)
+    }
+
     /// The cone over a side out of its triangle waits in the queue.
     pub(super) fn pass(
         &mut self,
@@ -161,8 +215,15 @@ impl Wave {
         cone: Cone,
         ends: [Point; 2],
     ) -> Result<(), String> {
-        if let Some((length, entered)) = self.look(ground, root, over, &cone, ends)? {
-            self.put_off(ground, root, length, entered, cone);
+        let passages = ground.passages();
+        let [from, to] = [over, next(over)].map(|side| passages.corner(side));
+        let door = Door {
+            side: over,
+            right: (from, ends[0]),
+            left: (to, ends[1]),
+        };
+        if let Some(ahead) = self.look(ground, passages, root, &door, &cone)? {
+            self.put_off(ground, root, ahead, &cone);
         }
         Ok(())
     }
@@ -192,13 +253,15 @@ impl Wave {
         }
         let is_own = corner < ground.tile.vertex_count();
         let own_marks = is_own.then(|| ground.marks().of_vertices[corner as usize]);
-        if let Some(marks) = own_marks
-            && !self.is_told_of(marks)
-            && (marks & TURNING == 0 || !ground.can_turn(from.point, corner))
-        {
-            return;
-        }
         let length = from.length + distance(from.point, point);
+        if let Some(marks) = own_marks {
+            if marks & SINGLE != 0 && !self.here.reach(corner, length) {
+                return;
+            }
+            if !self.is_told_of(marks) && (marks & TURNING == 0 || !ground.can_turn(from.point, corner)) {
+                return;
+            }
+        }
         let id = ground.tile.vertex(corner).id;
         if let Some(seen) = self.seen.get_mut(&id) {
             let marks = own_marks.or(seen.marks);
@@ -435,4 +498,12 @@ impl Wave {
 /// Whether of three points on a line the second lies between the others.
 fn is_between(a: Point, b: Point, c: Point) -> bool {
     a.lex_cmp(b) == b.lex_cmp(c)
+}
+
+/// What is wrong with a side of a damaged tile.
+fn at_odds(side: u32) -> String {
+    format!(
+        "triangle {} does not lie beside what it is said to lie beside",
+        side / 3
+    )
 }

@@ -94,6 +94,9 @@ impl Wave {
             return Err(format!("there is no vertex {vertex}"));
         }
         self.seen.entry(ground.tile.vertex(vertex).id).or_default().limit = 0.0;
+        if ground.marks().of_vertices[vertex as usize] & SINGLE != 0 {
+            self.here.reach(vertex, 0.0);
+        }
         self.tell_vertex(ground, vertex, 0.0, 0);
         for wedge in ground.free_wedges(vertex)? {
             match wedge {

@@ -72,6 +72,7 @@ impl Tile {
             edges,
             sites: Sites::open(core, core_table, entry.vertices.into())?,
             marks: Arc::default(),
+            passages: Arc::default(),
         };
         this.check(entry)?;
         Ok(this)

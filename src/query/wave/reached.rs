@@ -1,0 +1,87 @@
+//! What the wave knows of a tile: how far its vertices are at most, and which of its dead ends goals lie in.
+//!
+//! A vertex with one free sector that was seen from a root is no farther away than over that root, and what lies on a side that ends there
+//! no farther than by way of it, along the side. A cone that is longer for all that it holds of the side shows nothing that another one
+//! does not show on a shorter way (Xin and Wang, "Improving Chen and Han's algorithm on the discrete geodesic problem", TOG 28(4),
+//! 2009): it is *beaten*. With x on the side, between its end v and where the far ray b crosses it:
+//!
+//! ```text
+//!        v ───── x ───── b     if root + |r b| > known(v) + |v b|, then root + |r x| + |x b| ≥ root + |r b| > known(v) + |v x| + |x b|,
+//!               ╱      ╱       so the way by r is longer at x too: the far ray tells for all
+//!             r ──────
+//! ```
+
+use super::cone::Crossing;
+use super::*;
+use crate::store::Passages;
+
+/// Vertices whose lengths stand together: near in the plane, as their numbers are.
+const PAGE: usize = 32;
+
+/// What the wave knows of a tile.
+#[derive(Debug, Default)]
+pub(super) struct Reached {
+    /// For each so many vertices, the place of their lengths, and one more, in pages; 0 if none was reached.
+    pages: Vec<u32>,
+    lengths: Vec<f64>,
+    /// Triangles in dead ends by which one comes to goals, in order.
+    awake: Vec<u32>,
+}
+
+impl Reached {
+    /// Nothing yet, of a tile in or at whose triangles goals lie.
+    pub(super) fn new(tile: &Tile, passages: &Passages, goals: impl Iterator<Item = u32>) -> Self {
+        let count = tile.triangle_count();
+        let goals = goals.filter(|&triangle| triangle < count);
+        let mut awake: Vec<u32> = goals.flat_map(|triangle| passages.way_in(triangle)).collect();
+        awake.sort_unstable();
+        Self {
+            pages: vec![0; (tile.vertex_count() as usize).div_ceil(PAGE)],
+            lengths: Vec::new(),
+            awake,
+        }
+    }
+
+    /// Whether a goal lies in a dead end that this triangle leads to.
+    pub(super) fn is_awake(&self, triangle: u32) -> bool {
+        self.awake.binary_search(&triangle).is_ok()
+    }
+
+    /// How far a corner is at most.
+    #[inline]
+    fn known(&self, corner: u32) -> f64 {
+        match self.pages.get(corner as usize / PAGE) {
+            Some(&page) if page != 0 => self.lengths[(page as usize - 1) * PAGE + corner as usize % PAGE],
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// A vertex of the tile with one free sector is no farther away than this: whether it was not known to be nearer.
+    #[inline]
+    pub(super) fn reach(&mut self, vertex: u32, length: f64) -> bool {
+        let page = &mut self.pages[vertex as usize / PAGE];
+        if *page == 0 {
+            self.lengths.resize(self.lengths.len() + PAGE, f64::INFINITY);
+            *page = (self.lengths.len() / PAGE) as u32;
+        }
+        let known = &mut self.lengths[(*page as usize - 1) * PAGE + vertex as usize % PAGE];
+        if length > *known * TIE {
+            return false;
+        }
+        *known = known.min(length);
+        true
+    }
+
+    /// Whether a way of such a length to the root and through the crossing is longer, wherever it crosses the side, than one by an end of the side;
+    /// ends as seen on the right and on the left.
+    #[inline]
+    pub(super) fn beats(&self, length: f64, crossing: &Crossing, corners: [u32; 2]) -> bool {
+        let [right, left] = corners.map(|corner| self.known(corner));
+        let is_longer = |known: f64, far: usize, end: usize| {
+            known < f64::INFINITY
+                && length + crossing.lengths[far]
+                    > (known + distance(crossing.rays[far], crossing.ends[end])) * TIE + crossing.slack
+        };
+        is_longer(right, 1, 0) || is_longer(left, 0, 1)
+    }
+}
