@@ -294,7 +294,7 @@ fn edit_and_read(capacity: usize, fails: u32) {
         for key in [0, 1, 2] {
             change(&cache, &disk, key).await;
         }
-        while let Err(error) = cache.flush().await {
+        while let Err(error) = cache.flush(1).await {
             assert!(error == Trouble::Disk && fails > 0);
         }
         assert!((0..3).all(|key| disk.saved(key) == 3));
@@ -343,7 +343,7 @@ fn edits_of_one_value_follow_each_other() {
             task.await.unwrap();
         }
         let mut cache = Arc::into_inner(cache).unwrap();
-        cache.flush().await.unwrap();
+        cache.flush(1).await.unwrap();
         assert_eq!([0, 1, 2].map(|key| disk.saved(key)), [4, 1, 1]);
     });
 }
