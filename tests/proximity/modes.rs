@@ -207,6 +207,33 @@ proptest! {
     }
 }
 
+/// From outside of the hull equally long ways lead along edges, and one of them was taken by the numbers of vertices.
+#[test]
+fn fast_answers_from_outside_the_hull_do_not_depend_on_the_tiles() {
+    let ring = |[x, y]: [i32; 2]| {
+        let corners = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1), (x, y)];
+        line(LineKind::BreakLine, &corners)
+    };
+    let lines = vec![
+        ring([0, 0]),
+        ring([4, 0]),
+        wall(&[(3, 3), (2, 3)]),
+        wall(&[(0, 0), (0, 1)]),
+    ];
+    let mut scene = Scene::in_room(10, lines);
+    scene.sites = vec![at(0, 0), at(3, 3), at(7, 2), at(10, 10), at(5, 5), at(5, 5), at(2, 8)];
+    runtime().block_on(async {
+        let from = Point::new(-0.5, 1.5);
+        let mut first: Option<Vec<f64>> = None;
+        for size in [1 << 16, 4, 9, 40] {
+            let (_scratch, reader) = scene.build(size).await;
+            let sites = all(reader.nearest_sites(from, options(Mode::Fast))).await;
+            let lengths: Vec<f64> = sites.iter().map(|site| site.distance.value).collect();
+            assert_eq!(*first.get_or_insert_with(|| lengths.clone()), lengths, "{size}");
+        }
+    });
+}
+
 /// Lengths with six digits that others computed.
 #[test]
 fn bounds_on_the_map_of_a_game() {

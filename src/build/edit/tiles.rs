@@ -345,8 +345,17 @@ impl Disk {
         self.desk.computed(move || Arc::new(EditTile::of(&tile))).await
     }
 
-    async fn write(self: Arc<Self>, id: TileId, tile: Arc<EditTile>) -> Result<(), EditError> {
+    /// Writes a tile, after those that this was called for before.
+    fn write(
+        self: Arc<Self>,
+        id: TileId,
+        tile: Arc<EditTile>,
+    ) -> impl Future<Output = Result<(), EditError>> + Send + 'static {
         let turn = self.turn.take();
+        self.write_in_turn(id, tile, turn)
+    }
+
+    async fn write_in_turn(self: Arc<Self>, id: TileId, tile: Arc<EditTile>, turn: Place) -> Result<(), EditError> {
         let this = Arc::clone(&self);
         let (counts, core, border) = self
             .desk
