@@ -127,6 +127,10 @@ impl Inserting {
                 return Err(tiles.damaged(id, "a line between two vertices leaves the triangulation"));
             };
             tile = there;
+            // A triangle takes more than a byte of the file.
+            if self.strip.old.len() as u64 > tiles.length() {
+                return Err(tiles.damaged(id, "a line goes in circles"));
+            }
             let apex = tile.from(prev_side(entered));
             let number = self.push(&tile, entered, ends, apex);
             let triangle = 3 * (self.strip.old.len() as u32 - 1);
