@@ -337,11 +337,11 @@ mod tests {
         assert_eq!(plan(Some(least - 1)), Err(least));
         assert_eq!(plan(Some(0)), Err(least));
         assert_eq!(plan(Some(least)), Ok(Plan { tiles: 1, threads: 1 }));
-        let all = Plan { tiles: 10, threads: 4 };
+        let all = Plan { tiles: 16, threads: 4 };
         assert_eq!(plan(None), Ok(all));
         assert_eq!(plan(Some(u64::MAX)), Ok(all));
         let mut before = Plan { tiles: 1, threads: 1 };
-        for memory in (least..least + 120 * MEBIBYTE).step_by(MEBIBYTE as usize) {
+        for memory in (least..least + 200 * MEBIBYTE).step_by(MEBIBYTE as usize) {
             let plan = plan(Some(memory)).unwrap();
             assert!(plan.tiles >= plan.threads && plan.threads >= before.threads);
             let used = 5 * MEBIBYTE + 10 * MEBIBYTE * plan.tiles as u64 + 3 * MEBIBYTE * plan.threads as u64;
