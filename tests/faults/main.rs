@@ -162,7 +162,7 @@ fn every_read_fails_once_in_every_way() {
     });
     println!("{cases} cases, {errors} of them errors");
     // Each failure is told, since nobody reads what is not needed, and each delay is no failure.
-    assert!(cases > 700, "{cases}");
+    assert!(cases > 500, "{cases}");
     assert_eq!(errors, cases / 5 * 4);
 }
 
