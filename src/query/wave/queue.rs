@@ -1,14 +1,12 @@
 //! What the wave has still to do, nearest first.
 
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
 use std::hash::BuildHasher;
 
 use crate::geometry::Point;
 use crate::store::{TileId, VertexId};
 
-/// Items that are looked at for what comes soon: four levels of a heap.
-const TOP: usize = 15;
+/// Items that are looked at for what comes soon: three levels of the heap.
+const TOP: usize = 21;
 /// Items for which there is room from the start.
 const ROOM: usize = 32;
 
@@ -95,7 +93,7 @@ impl Via {
 /// Items by what they promise: no way that goes on from one is shorter. Of equal ones any may be first.
 #[derive(Debug)]
 pub(super) struct Queue {
-    heap: BinaryHeap<Entry>,
+    heap: Heap,
     items: Vec<Item>,
     unused: Vec<u32>,
 }
@@ -107,30 +105,62 @@ struct Entry {
     place: u32,
 }
 
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.length == other.length
+/// The least entry first. Each has up to four below it, which lie together, so that there are half as many steps as in a binary heap.
+#[derive(Debug)]
+struct Heap(Vec<Entry>);
+
+impl Heap {
+    fn peek(&self) -> Option<&Entry> {
+        self.0.first()
     }
-}
 
-impl Eq for Entry {}
-
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.length.cmp(&self.length)
+    fn push(&mut self, entry: Entry) {
+        let mut at = self.0.len();
+        self.0.push(entry);
+        while at > 0 {
+            let above = (at - 1) / 4;
+            if self.0[above].length <= entry.length {
+                break;
+            }
+            self.0[at] = self.0[above];
+            at = above;
+        }
+        self.0[at] = entry;
     }
-}
 
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
+    fn pop(&mut self) -> Option<Entry> {
+        let last = self.0.pop()?;
+        let Some(&least) = self.0.first() else {
+            return Some(last);
+        };
+        let mut at = 0;
+        loop {
+            let first = 4 * at + 1;
+            let end = (first + 4).min(self.0.len());
+            let Some((&head, rest)) = self.0.get(first..end).and_then(<[Entry]>::split_first) else {
+                break;
+            };
+            let (mut below, mut best) = (first, head);
+            for (&entry, place) in rest.iter().zip(first + 1..) {
+                if entry.length < best.length {
+                    (below, best) = (place, entry);
+                }
+            }
+            if best.length >= last.length {
+                break;
+            }
+            self.0[at] = best;
+            at = below;
+        }
+        self.0[at] = last;
+        Some(least)
     }
 }
 
 impl Queue {
     pub(super) fn new() -> Self {
         Self {
-            heap: BinaryHeap::with_capacity(ROOM),
+            heap: Heap(Vec::with_capacity(ROOM)),
             items: Vec::with_capacity(ROOM),
             unused: Vec::with_capacity(ROOM),
         }
@@ -162,7 +192,7 @@ impl Queue {
 
     /// Some of the nearest items, in no order, with their lengths: the top of the heap.
     pub(super) fn top(&self) -> impl Iterator<Item = (f64, &Item)> {
-        let entries = self.heap.iter().take(TOP);
+        let entries = self.heap.0.iter().take(TOP);
         entries.map(|entry| (f64::from_bits(entry.length), &self.items[entry.place as usize]))
     }
 
