@@ -5,7 +5,7 @@
 //! So with tiles that are written.
 
 use std::collections::VecDeque;
-use std::ops::Range;
+use std::ops::{Deref, Range};
 use std::sync::Arc;
 
 use bytes::Bytes;
@@ -15,16 +15,68 @@ use parking_lot::Mutex;
 pub(super) const SMALL: usize = 256 << 10;
 /// The most buffers that are kept, if nothing else is said.
 const KEPT: usize = 4;
-/// What reads past the page cache ask of memory and offsets, at most, in bytes.
-#[cfg(target_os = "linux")]
-pub(super) const ALIGNMENT: usize = 4096;
+/// Memory that nobody uses just now, the oldest first. Clones share it.
+#[derive(Debug)]
+pub(super) struct Kept<M> {
+    free: Arc<Mutex<VecDeque<M>>>,
+    most: usize,
+}
+
+impl<M> Clone for Kept<M> {
+    fn clone(&self) -> Self {
+        Self {
+            free: Arc::clone(&self.free),
+            most: self.most,
+        }
+    }
+}
+
+impl<M: Deref<Target = [u8]>> Kept<M> {
+    /// Keeps no more than so many.
+    pub(super) fn new(most: usize) -> Self {
+        Self {
+            free: Arc::default(),
+            most,
+        }
+    }
+
+    /// Memory of at least so many bytes, and not many more.
+    pub(super) fn find(&self, length: usize) -> Option<M> {
+        let mut free = self.free.lock();
+        // What is much too large would take more than its length says.
+        let fits = |memory: &M| (length..=rounded(length)).contains(&memory.len());
+        match free.iter().position(fits) {
+            Some(place) => free.remove(place),
+            None => {
+                // What does not fit now may never fit again; so there is never more than was in use at once.
+                free.pop_front();
+                None
+            }
+        }
+    }
+
+    /// Keeps it, unless there is enough.
+    pub(super) fn give_back(&self, memory: M) {
+        let mut free = self.free.lock();
+        if free.len() < self.most {
+            free.push_back(memory);
+        }
+    }
+
+    /// Gives back to the system what is kept.
+    pub(super) fn clear(&self) {
+        self.free.lock().clear();
+    }
+
+    #[cfg(test)]
+    pub(super) fn count(&self) -> usize {
+        self.free.lock().len()
+    }
+}
 
 /// Buffers that nobody uses just now, the oldest first. Clones share them.
 #[derive(Clone, Debug)]
-pub(crate) struct Buffers {
-    free: Arc<Mutex<VecDeque<Vec<u8>>>>,
-    kept: usize,
-}
+pub(crate) struct Buffers(Kept<Vec<u8>>);
 
 impl Default for Buffers {
     fn default() -> Self {
@@ -35,10 +87,7 @@ impl Default for Buffers {
 impl Buffers {
     /// Keeps no more buffers than so many.
     pub(crate) fn keeping(kept: usize) -> Self {
-        Self {
-            free: Arc::default(),
-            kept,
-        }
+        Self(Kept::new(kept))
     }
 
     /// A buffer of this many bytes, whatever they are.
@@ -70,24 +119,14 @@ impl Buffers {
 
     /// Gives back what is kept.
     pub(super) fn clear(&self) {
-        self.free.lock().clear();
+        self.0.clear();
     }
 
     fn find(&self, length: usize) -> Option<Vec<u8>> {
         if length < SMALL {
             return None;
         }
-        let mut free = self.free.lock();
-        // What is much too large would take more than its length says.
-        let fits = |bytes: &Vec<u8>| (length..=rounded(length)).contains(&bytes.len());
-        match free.iter().position(fits) {
-            Some(place) => free.remove(place),
-            None => {
-                // What does not fit now may never fit again; so there are never more buffers than were in use at once.
-                free.pop_front();
-                None
-            }
-        }
+        self.0.find(length)
     }
 }
 
@@ -132,10 +171,7 @@ impl Drop for Buffer {
         if self.bytes.len() < SMALL {
             return;
         }
-        let mut free = self.owner.free.lock();
-        if free.len() < self.owner.kept {
-            free.push_back(std::mem::take(&mut self.bytes));
-        }
+        self.owner.0.give_back(std::mem::take(&mut self.bytes));
     }
 }
 
@@ -164,16 +200,16 @@ mod tests {
     fn few_are_kept_and_none_that_is_much_too_large() {
         let buffers = Buffers::default();
         drop((0..9).map(|_| buffers.take(SMALL)).collect::<Vec<_>>());
-        assert_eq!(buffers.free.lock().len(), KEPT);
+        assert_eq!(buffers.0.count(), KEPT);
         assert!(buffers.find(8 * SMALL).is_none());
-        assert_eq!(buffers.free.lock().len(), KEPT - 1, "what did not fit made room");
+        assert_eq!(buffers.0.count(), KEPT - 1, "what did not fit made room");
         drop(buffers.take(8 * SMALL));
-        assert_eq!(buffers.free.lock().len(), KEPT - 1, "and again, for one that does");
+        assert_eq!(buffers.0.count(), KEPT - 1, "and again, for one that does");
         assert!(buffers.find(8 * SMALL).is_some());
         drop(buffers.take(100));
-        assert_eq!(buffers.free.lock().len(), KEPT - 2);
+        assert_eq!(buffers.0.count(), KEPT - 2);
         buffers.clear();
-        assert!(buffers.free.lock().is_empty());
+        assert_eq!(buffers.0.count(), 0);
         for length in [SMALL, SMALL + 1, 3_400_000, 15_000_000, 16 << 20] {
             assert!((length..=length + length / 8).contains(&rounded(length)), "{length}");
         }

@@ -121,7 +121,8 @@ impl<'t> Ground<'t> {
         });
         let beyond = beyond.collect();
         let mut this = Passages { corners, beyond };
-        if this.beyond.len() <= DEAD_END as usize {
+        // Where nothing is blocked, nothing is a dead end.
+        if this.beyond.len() <= DEAD_END as usize && this.beyond.contains(&BLOCKED) {
             self.mark_dead_ends(&mut this);
         }
         this

@@ -20,9 +20,8 @@ use futures::future::{BoxFuture, FutureExt, ready};
 use rustix::fs::{AtFlags, OFlags, StatxFlags, fcntl_getfl, fcntl_setfl, statx};
 use tokio::sync::oneshot;
 
-use super::buffers::ALIGNMENT;
 use super::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, length_of};
-use pages::PagePool;
+use pages::{ALIGNMENT, PagePool};
 pub(super) use ring::Ring;
 use ring::{Operation, gone};
 

@@ -3,25 +3,22 @@
 //! A disk is handed memory page by page, some hundred at a time. So huge pages make reads faster: blocks of 1 MiB of one file on a
 //! virtual disk came with 3.7 GB/s into huge pages and with 1.3 into others, at any queue depth.
 
-use std::collections::VecDeque;
 use std::io;
 use std::ops::Range;
-use std::sync::Arc;
 
 use bytes::Bytes;
 use memmap2::{Advice, MmapMut};
-use parking_lot::Mutex;
 use tokio_uring::buf::{IoBuf, IoBufMut};
 
-use super::super::buffers::{ALIGNMENT, SMALL, rounded};
+use super::super::buffers::{Kept, SMALL, rounded};
 use super::super::{HUGE_PAGE, in_huge_pages};
+
+/// What reads past the page cache ask of memory and offsets, at most, in bytes.
+pub(super) const ALIGNMENT: usize = 4096;
 
 /// Memory that nobody reads just now, the oldest first. Clones share it.
 #[derive(Clone, Debug)]
-pub(super) struct PagePool {
-    free: Arc<Mutex<VecDeque<MmapMut>>>,
-    kept: usize,
-}
+pub(super) struct PagePool(Kept<MmapMut>);
 
 /// Memory, and where in it what is aligned to [`ALIGNMENT`] begins.
 #[derive(Debug)]
@@ -40,10 +37,7 @@ enum Memory {
 impl PagePool {
     /// Keeps no more than so many.
     pub(super) fn keeping(kept: usize) -> Self {
-        Self {
-            free: Arc::default(),
-            kept,
-        }
+        Self(Kept::new(kept))
     }
 
     /// Memory of which so many bytes are aligned, whatever they are.
@@ -59,7 +53,7 @@ impl PagePool {
         let huge = in_huge_pages(length);
         let alignment = if huge > 0 { HUGE_PAGE } else { ALIGNMENT };
         let size = length.max(huge) + alignment;
-        let mut memory = match self.find(size) {
+        let mut memory = match self.0.find(size) {
             Some(memory) => memory,
             None => MmapMut::map_anon(rounded(size))?,
         };
@@ -73,20 +67,6 @@ impl PagePool {
             memory: Memory::Long(memory),
             start,
         })
-    }
-
-    fn find(&self, size: usize) -> Option<MmapMut> {
-        let mut free = self.free.lock();
-        // What is much too large would take more than its length says.
-        let fits = |memory: &MmapMut| (size..=rounded(size)).contains(&memory.len());
-        match free.iter().position(fits) {
-            Some(place) => free.remove(place),
-            None => {
-                // What does not fit now may never fit again; so there is never more than was in use at once.
-                free.pop_front();
-                None
-            }
-        }
     }
 
     /// Bytes for others to read, from the aligned ones; the memory is kept when the last of these drops its part.
@@ -109,7 +89,7 @@ impl PagePool {
 
     /// Gives back what is kept.
     pub(super) fn clear(&self) {
-        self.free.lock().clear();
+        self.0.clear();
     }
 }
 
@@ -172,9 +152,8 @@ impl AsRef<[u8]> for Lent {
 
 impl Drop for Lent {
     fn drop(&mut self) {
-        let mut free = self.pool.free.lock();
-        if free.len() < self.pool.kept {
-            free.extend(self.memory.take());
+        if let Some(memory) = self.memory.take() {
+            self.pool.0.give_back(memory);
         }
     }
 }
@@ -215,16 +194,12 @@ mod tests {
         let pool = PagePool::keeping(4);
         let frozen = |length| pool.freeze(pool.take(length).unwrap(), 0..length);
         drop((0..9).map(|_| frozen(SMALL)).collect::<Vec<_>>());
-        assert_eq!(pool.free.lock().len(), 4);
+        assert_eq!(pool.0.count(), 4);
         drop(frozen(LONG));
-        assert_eq!(
-            pool.free.lock().len(),
-            4,
-            "what did not fit made room for one that does"
-        );
+        assert_eq!(pool.0.count(), 4, "what did not fit made room for one that does");
         drop(frozen(10));
-        assert_eq!(pool.free.lock().len(), 4);
+        assert_eq!(pool.0.count(), 4);
         pool.clear();
-        assert!(pool.free.lock().is_empty());
+        assert_eq!(pool.0.count(), 0);
     }
 }

@@ -6,8 +6,7 @@ use bytes::Bytes;
 use tokio_uring::buf::BoundedBuf;
 use tokio_uring::fs::File;
 
-use super::super::buffers::ALIGNMENT;
-use super::pages::PagePool;
+use super::pages::{ALIGNMENT, PagePool};
 
 /// Bytes of one operation at most: a multiple of the alignment, and what its 32 bits and the system's limit hold.
 const LARGEST: usize = 1 << 30;
