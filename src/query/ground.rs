@@ -279,7 +279,7 @@ impl<'t> Ground<'t> {
     /// What is true of each vertex of the tile: [`TURNING`], [`SITE`], [`SINGLE`]; and the neighbours at the right and left end
     /// of the sector in which it turns. Where the tile contradicts itself, the star says so when it is walked round.
     pub(super) fn marks(self) -> &'t Marks {
-        self.tile.marks(|| self.find_marks())
+        self.tile.notes().marks(|| self.find_marks())
     }
 
     /// Whether a straight way from a point to a vertex of the tile that turns may go on round what is beside it. It may not if both ends

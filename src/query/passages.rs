@@ -1,4 +1,4 @@
-//! What lies beyond each side of a tile's triangles, found once for all searches in the tile, and where dead ends begin.
+//! What lies beyond the sides of a tile's triangles, noted for all searches when the first one comes to a side, and where dead ends begin.
 //!
 //! A triangle that one can leave by one side only is a *dead end*, and so is one that besides leads to dead ends only. No shortest way
 //! goes through it that has neither of its ends there: it would come back to the side by which it entered, and could go along that.
@@ -12,21 +12,27 @@
 //!       v  ╲╱═════╝
 //! ```
 //!
-//! That sides agree with those beyond them is checked here too, and not at each crossing.
+//! That sides agree with those beyond them is checked when they are noted, and not at each crossing. To look for dead ends takes all sides of
+//! the tile, which pays where many searches come; the first ones do without.
+
+use std::sync::atomic::Ordering;
 
 use super::ground::{Beyond, Ground};
 use super::star::next;
 use crate::geometry::{Orientation, orient2d};
-use crate::store::Passages;
+use crate::store::{Noted, NotedSides};
 
-/// What lies beyond a side, if it is no side: from here on.
-const NO_SIDE: u32 = u32::MAX - 3;
+/// What lies beyond a side, if it is no side: from here on, and [`Noted::NONE`].
+const NO_SIDE: u32 = u32::MAX - 4;
 const BLOCKED: u32 = NO_SIDE;
 const ELSEWHERE: u32 = NO_SIDE + 1;
 const OUTSIDE: u32 = NO_SIDE + 2;
 const AT_ODDS: u32 = NO_SIDE + 3;
 /// Of a side beyond which there is a dead end.
 const DEAD_END: u32 = 1 << 31;
+
+/// The search that comes to a tile as this one looks for its dead ends: to do that takes as long as some tens of ways across the tile.
+const LOOKS_FOR_DEAD_ENDS: u32 = 16;
 
 /// What lies beyond a side of a free triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,17 +51,45 @@ pub(super) enum Passage {
     AtOdds,
 }
 
-impl Passages {
+/// The sides of a tile, and what is noted of them.
+#[derive(Clone, Copy)]
+pub(super) struct Passages<'t> {
+    ground: Ground<'t>,
+    noted: &'t NotedSides,
+}
+
+impl<'t> Ground<'t> {
+    /// What lies beyond the sides of the tile's triangles.
+    #[inline]
+    pub(super) fn passages(self) -> Passages<'t> {
+        Passages {
+            ground: self,
+            noted: self.tile.notes().sides(3 * self.tile.triangle_count()),
+        }
+    }
+}
+
+impl<'t> Passages<'t> {
+    /// The tile.
+    #[inline]
+    pub(super) fn ground(self) -> Ground<'t> {
+        self.ground
+    }
+
     /// What lies beyond a side.
     #[inline]
-    pub(super) fn beyond(&self, side: u32) -> Passage {
-        match self.beyond[side as usize] {
+    pub(super) fn beyond(self, side: u32) -> Passage {
+        let noted = match self.noted.beyond.get(side) {
+            Noted::NONE => self.note(side),
+            noted => noted,
+        };
+        match noted {
             BLOCKED => Passage::Blocked,
             ELSEWHERE => Passage::Elsewhere,
             OUTSIDE => Passage::Outside,
             AT_ODDS => Passage::AtOdds,
             // Where there are so many sides, none is marked.
-            side if side & DEAD_END != 0 && self.beyond.len() <= DEAD_END as usize => {
+            side if side & DEAD_END != 0 && self.noted.beyond.len() <= DEAD_END as usize => {
                 Passage::DeadEnd(side & !DEAD_END)
             }
             side => Passage::Side(side),
@@ -64,15 +98,63 @@ impl Passages {
 
     /// The corner that a side starts at.
     #[inline]
-    pub(super) fn corner(&self, side: u32) -> u32 {
-        self.corners[side as usize]
+    pub(super) fn corner(self, side: u32) -> u32 {
+        match self.noted.corners.get(side) {
+            Noted::NONE => self.noted.corners.note(side, self.ground.tile.origin(side)),
+            corner => corner,
+        }
+    }
+
+    /// Finds out what lies beyond a side.
+    #[cold]
+    fn note(self, side: u32) -> u32 {
+        let beyond = match self.ground.beyond(side) {
+            Beyond::Side(other) if self.agree(side, other) => other,
+            Beyond::Side(_) => AT_ODDS,
+            Beyond::Elsewhere => ELSEWHERE,
+            Beyond::Outside => OUTSIDE,
+            Beyond::Blocked => BLOCKED,
+        };
+        self.noted.beyond.note(side, beyond)
+    }
+
+    /// Whether two sides have the same ends, and the triangle of the other one lies on its left.
+    fn agree(self, side: u32, other: u32) -> bool {
+        let [from, to] = [side, next(side)].map(|side| self.corner(side));
+        let first = other - other % 3;
+        let corners = [first, first + 1, first + 2].map(|side| self.corner(side));
+        let [to_there, from_there] = [other, next(other)].map(|side| corners[(side - first) as usize]);
+        let is_same = |a: u32, b: u32| a == b || self.ground.point(a) == self.ground.point(b);
+        let [a, b, c] = corners.map(|corner| self.ground.point(corner));
+        is_same(from, from_there) && is_same(to, to_there) && orient2d(a, b, c) == Orientation::CounterClockwise
+    }
+
+    /// A search comes to the tile: whether dead ends are known in it, from now on.
+    pub(super) fn come(self) -> bool {
+        if self.noted.knows_dead_ends.load(Ordering::Acquire) {
+            return true;
+        }
+        let is_time = self.noted.visits.fetch_add(1, Ordering::Relaxed) + 1 == LOOKS_FOR_DEAD_ENDS;
+        if is_time {
+            self.find_dead_ends();
+        }
+        is_time
+    }
+
+    /// Marks dead ends. Only one search may do so.
+    fn find_dead_ends(self) {
+        // Where nothing is blocked, nothing is a dead end.
+        if self.ground.may_block() && self.noted.beyond.len() <= DEAD_END as usize {
+            self.mark_dead_ends();
+        }
+        self.noted.knows_dead_ends.store(true, Ordering::Release);
     }
 
     /// A triangle, and those by which one comes to it if it is in a dead end, up to the first one that is not.
-    pub(super) fn way_in(&self, triangle: u32) -> Vec<u32> {
+    pub(super) fn way_in(self, triangle: u32) -> Vec<u32> {
         let mut way = Vec::new();
         let mut triangle = triangle;
-        for _ in 0..self.beyond.len() / 3 {
+        for _ in 0..self.ground.tile.triangle_count() {
             way.push(triangle);
             let sides = 3 * triangle..3 * triangle + 3;
             // From inside, the only way out is not marked.
@@ -87,65 +169,25 @@ impl Passages {
         }
         way
     }
-}
-
-impl<'t> Ground<'t> {
-    /// What lies beyond the sides of the tile's triangles.
-    #[inline]
-    pub(super) fn passages(self) -> &'t Passages {
-        self.tile.passages(|| self.find_passages())
-    }
-
-    fn find_passages(self) -> Passages {
-        let triangles = self.tile.triangle_count();
-        let corners: Vec<u32> = (0..3 * triangles).map(|side| self.tile.origin(side)).collect();
-        let of = |triangle: u32| [0, 1, 2].map(|s| corners[(3 * triangle + s) as usize]);
-        let is_upright: Vec<bool> = (0..triangles)
-            .map(|triangle| {
-                let [a, b, c] = of(triangle).map(|corner| self.point(corner));
-                orient2d(a, b, c) == Orientation::CounterClockwise
-            })
-            .collect();
-        let agree = |side: u32, other: u32| {
-            let [from, to] = [side, next(side)].map(|side| corners[side as usize]);
-            let [to_there, from_there] = [other, next(other)].map(|side| corners[side as usize]);
-            let is_same = |a: u32, b: u32| a == b || self.point(a) == self.point(b);
-            is_upright[other as usize / 3] && is_same(from, from_there) && is_same(to, to_there)
-        };
-        let beyond = (0..3 * triangles).map(|side| match self.beyond(side) {
-            Beyond::Side(other) if agree(side, other) => other,
-            Beyond::Side(_) => AT_ODDS,
-            Beyond::Elsewhere => ELSEWHERE,
-            Beyond::Outside => OUTSIDE,
-            Beyond::Blocked => BLOCKED,
-        });
-        let beyond = beyond.collect();
-        let mut this = Passages { corners, beyond };
-        // Where nothing is blocked, nothing is a dead end.
-        if this.beyond.len() <= DEAD_END as usize && this.beyond.contains(&BLOCKED) {
-            self.mark_dead_ends(&mut this);
-        }
-        this
-    }
 
     /// Takes away triangles that have one way out, and then those that have one way out without them, and so on.
-    fn mark_dead_ends(self, passages: &mut Passages) {
-        let is_site: Vec<bool> = self.site_marks();
+    fn mark_dead_ends(self) {
+        let is_site: Vec<bool> = self.ground.site_marks();
         let ways = |triangle: u32| -> u8 {
             let sides = 3 * triangle..3 * triangle + 3;
             // What is not a side of the tile, nor blocked, is a way out that stays.
-            let count = sides.map(|side| match passages.beyond[side as usize] {
-                BLOCKED => 0,
-                other if other < NO_SIDE => 1,
-                _ => 2,
+            let count = sides.map(|side| match self.beyond(side) {
+                Passage::Blocked => 0,
+                Passage::Side(_) | Passage::DeadEnd(_) => 1,
+                Passage::Elsewhere | Passage::Outside | Passage::AtOdds => 2,
             });
             count.sum()
         };
-        let core = self.tile.core_triangle_count();
+        let core = self.ground.tile.core_triangle_count();
         let mut left: Vec<u8> = (0..core)
             .map(|triangle| {
-                let mut corners = (3 * triangle..3 * triangle + 3).map(|side| passages.corner(side));
-                let stays = !self.is_free(triangle) || corners.any(|corner| is_site[corner as usize]);
+                let mut corners = (3 * triangle..3 * triangle + 3).map(|side| self.corner(side));
+                let stays = !self.ground.is_free(triangle) || corners.any(|corner| is_site[corner as usize]);
                 if stays { u8::MAX } else { ways(triangle) }
             })
             .collect();
@@ -153,16 +195,15 @@ impl<'t> Ground<'t> {
         while let Some(triangle) = ends.pop() {
             left[triangle as usize] = u8::MAX;
             let mut sides = 3 * triangle..3 * triangle + 3;
-            let out = sides.find_map(|side| match passages.beyond(side) {
+            let out = sides.find_map(|side| match self.beyond(side) {
                 Passage::Side(out) => Some(out),
                 _ => None,
             });
             let Some(out) = out else { continue };
-            let back = &mut passages.beyond[out as usize];
-            if *back >= NO_SIDE {
+            if !matches!(self.beyond(out), Passage::Side(_) | Passage::DeadEnd(_)) {
                 continue;
             }
-            *back |= DEAD_END;
+            self.noted.beyond.set_bits(out, DEAD_END);
             if let Some(left) = left.get_mut(out as usize / 3).filter(|left| **left < u8::MAX) {
                 *left = left.saturating_sub(1);
                 if *left == 1 {
@@ -170,6 +211,16 @@ impl<'t> Ground<'t> {
                 }
             }
         }
+    }
+}
+
+impl Ground<'_> {
+    /// Whether a side may be blocked.
+    fn may_block(self) -> bool {
+        let mut components = 0..self.tile.component_count();
+        !self.outside_is_free
+            || components.any(|component| self.tile.component_at(component).is_hole)
+            || self.tile.constraint_sides().any(|side| self.tile.is_wall(side))
     }
 
     fn site_marks(self) -> Vec<bool> {

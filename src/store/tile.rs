@@ -1,5 +1,6 @@
 //! A tile in memory: its two FlatBuffers, checked once, read in place.
 
+mod notes;
 mod open;
 mod regions;
 mod sides;
@@ -8,7 +9,7 @@ mod sites;
 mod tests;
 
 use std::fmt;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use bytes::Bytes;
 
@@ -17,6 +18,8 @@ use super::{EdgeSource, TileEntry, TileId, VertexId};
 use crate::geometry::Point;
 use crate::io::memory_of;
 use crate::mesh::next_side;
+use notes::Notes;
+pub(crate) use notes::{Marks, Noted, NotedSides};
 pub(crate) use regions::Component;
 use regions::Regions;
 use sides::{SideBits, Sources};
@@ -73,32 +76,8 @@ pub struct Tile {
     sources: [Option<Sources>; 2],
     regions: Regions,
     sites: Option<Sites>,
-    /// What queries note of the vertices; found when the first one asks.
-    marks: Arc<OnceLock<Marks>>,
-    /// What queries note of the sides, likewise.
-    passages: Arc<OnceLock<Passages>>,
-}
-
-/// What queries note of a tile's vertices.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Marks {
-    /// A byte for each.
-    pub(crate) of_vertices: Vec<u8>,
-    /// For each, the place in `ends` of what is noted there of it, or a number beyond.
-    pub(crate) place: Vec<u32>,
-    /// Two corners for some of them.
-    pub(crate) ends: Vec<[u32; 2]>,
-    /// Whether a side is a constraint that does not block.
-    pub(crate) has_break_lines: bool,
-}
-
-/// What queries note of a tile's sides.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Passages {
-    /// The corner that each starts at.
-    pub(crate) corners: Vec<u32>,
-    /// What lies beyond each.
-    pub(crate) beyond: Vec<u32>,
+    /// What queries note.
+    notes: Arc<Notes>,
 }
 
 /// Bytes of a foreign vertex in a border.
@@ -156,9 +135,7 @@ impl Tile {
             + self.regions.byte_size()
             + self.sites.as_ref().map_or(0, Sites::byte_size)
             + packed.iter().map(|p| p.byte_size()).sum::<usize>();
-        // What queries note, if they ask.
-        let noted = self.records.len() * (size_of::<u8>() + size_of::<u32>() + size_of::<[u32; 2]>())
-            + 3 * self.triangle_count() as usize * 2 * size_of::<u32>();
+        let noted = Notes::byte_size(self.records.len(), 3 * self.triangle_count() as usize);
         size_of::<Self>() + memory_of(of_file) + noted
     }
 
@@ -405,14 +382,10 @@ impl Tile {
         sites.flat_map(move |sites| sites.at(vertex))
     }
 
-    /// What queries note of the vertices, made when it is first asked for.
-    pub(crate) fn marks(&self, make: impl FnOnce() -> Marks) -> &Marks {
-        self.marks.get_or_init(make)
-    }
-
-    /// What queries note of the sides, made when it is first asked for.
-    pub(crate) fn passages(&self, make: impl FnOnce() -> Passages) -> &Passages {
-        self.passages.get_or_init(make)
+    /// What queries note of the tile; its clones share it.
+    #[inline]
+    pub(crate) fn notes(&self) -> &Notes {
+        &self.notes
     }
 
     /// How many sites there are at the tile's vertices.

@@ -130,6 +130,13 @@ proptest! {
         for tile in runtime.block_on(scene.tiles()) {
             let ground = Ground { tile: &tile, outside_is_free: !scene.exterior_is_hole };
             let passages = ground.passages();
+            for side in 0..3 * tile.triangle_count() {
+                prop_assert!(!matches!(passages.beyond(side), Passage::DeadEnd(_)));
+            }
+            for _ in 1..LOOKS_FOR_DEAD_ENDS {
+                prop_assert!(!passages.come());
+            }
+            prop_assert!(passages.come() && passages.come());
             for side in (0..3 * tile.triangle_count()).filter(|side| ground.is_free(side / 3)) {
                 let expected = leads_nowhere(ground, side);
                 match passages.beyond(side) {

@@ -37,7 +37,7 @@ use std::collections::{BinaryHeap, HashMap};
 use std::hash::BuildHasherDefault;
 
 use super::ground::{Ground, SINGLE, SITE, TURNING, Wedge};
-use super::passages::Passage;
+use super::passages::{Passage, Passages};
 use super::place::Place;
 use super::star::{next, previous, side_towards};
 use crate::geometry::{Orientation, Point, orient2d};
@@ -280,8 +280,8 @@ impl Wave {
             return;
         }
         let here = self.elsewhere.remove(&id).unwrap_or_else(|| match &self.goal {
-            Goal::Places(places) => Reached::new(ground.tile, ground.passages(), places.triangles_in(id)),
-            Goal::Sites | Goal::Vertices => Reached::new(ground.tile, ground.passages(), std::iter::empty()),
+            Goal::Places(places) => Reached::new(ground, places.triangles_in(id)),
+            Goal::Sites | Goal::Vertices => Reached::new(ground, std::iter::empty()),
         });
         let there = std::mem::replace(&mut self.here, here);
         let was = std::mem::replace(&mut self.here_is, id);

@@ -13,7 +13,6 @@
 
 use super::cone::Crossing;
 use super::*;
-use crate::store::Passages;
 
 /// Vertices whose lengths stand together: near in the plane, as their numbers are.
 const PAGE: usize = 32;
@@ -24,17 +23,21 @@ pub(super) struct Reached {
     /// For each so many vertices, the place of their lengths, and one more, in pages; 0 if none was reached.
     pages: Vec<u32>,
     lengths: Vec<f64>,
-    /// Triangles in dead ends by which one comes to goals, in order.
-    awake: Vec<u32>,
+    /// Triangles in dead ends by which one comes to goals, in order; none if it was not known where dead ends begin when the wave came here.
+    /// It need not heed what was found out later.
+    awake: Option<Vec<u32>>,
 }
 
 impl Reached {
     /// Nothing yet, of a tile in or at whose triangles goals lie.
-    pub(super) fn new(tile: &Tile, passages: &Passages, goals: impl Iterator<Item = u32>) -> Self {
-        let count = tile.triangle_count();
-        let goals = goals.filter(|&triangle| triangle < count);
-        let mut awake: Vec<u32> = goals.flat_map(|triangle| passages.way_in(triangle)).collect();
-        awake.sort_unstable();
+    pub(super) fn new(ground: Ground<'_>, goals: impl Iterator<Item = u32>) -> Self {
+        let (tile, passages) = (ground.tile, ground.passages());
+        let goals = goals.filter(|&triangle| triangle < tile.triangle_count());
+        let awake = passages.come().then(|| {
+            let mut awake: Vec<u32> = goals.flat_map(|triangle| passages.way_in(triangle)).collect();
+            awake.sort_unstable();
+            awake
+        });
         Self {
             pages: vec![0; (tile.vertex_count() as usize).div_ceil(PAGE)],
             lengths: Vec::new(),
@@ -42,9 +45,11 @@ impl Reached {
         }
     }
 
-    /// Whether a goal lies in a dead end that this triangle leads to.
-    pub(super) fn is_awake(&self, triangle: u32) -> bool {
-        self.awake.binary_search(&triangle).is_ok()
+    /// Whether a goal may lie in a dead end that begins with this triangle.
+    pub(super) fn may_enter(&self, triangle: u32) -> bool {
+        self.awake
+            .as_ref()
+            .is_none_or(|awake| awake.binary_search(&triangle).is_ok())
     }
 
     /// How far a corner is at most.

@@ -1,7 +1,6 @@
 //! How the wave spreads: through triangles, and round vertices.
 
 use super::*;
-use crate::store::Passages;
 
 /// In place of a side that another tile has.
 const NO_SIDE: u32 = u32::MAX;
@@ -84,12 +83,12 @@ impl Wave {
             };
             let on_right = orient2d(cone.root, cone.right, point);
             let best = if on_right == Orientation::Clockwise {
-                let ahead = self.look(ground, passages, root, &to_left, &cone)?;
+                let ahead = self.look(passages, root, &to_left, &cone)?;
                 ahead.map(|ahead| (ahead, to_left, cone))
             } else {
                 match orient2d(cone.root, cone.left, point) {
                     Orientation::CounterClockwise => {
-                        let ahead = self.look(ground, passages, root, &to_right, &cone)?;
+                        let ahead = self.look(passages, root, &to_right, &cone)?;
                         ahead.map(|ahead| (ahead, to_right, cone))
                     }
                     on_left => {
@@ -98,10 +97,10 @@ impl Wave {
                         let halves = [Cone { left: point, ..cone }, Cone { right: point, ..cone }];
                         // A cone between two equal rays shows nothing that its neighbours do not.
                         if on_right != Orientation::Collinear {
-                            one = self.look(ground, passages, root, &to_right, &halves[0])?;
+                            one = self.look(passages, root, &to_right, &halves[0])?;
                         }
                         if on_left != Orientation::Collinear {
-                            other = self.look(ground, passages, root, &to_left, &halves[1])?;
+                            other = self.look(passages, root, &to_left, &halves[1])?;
                         }
                         match (one, other) {
                             (Some(one), Some(other)) if one.length <= other.length => {
@@ -152,19 +151,12 @@ impl Wave {
     /// Looks over a side out of its triangle: if there is a free triangle of this tile where a cone may show what no other one does, the way
     /// on there. If it is another tile's, it waits in the queue.
     #[inline]
-    fn look(
-        &mut self,
-        ground: Ground<'_>,
-        passages: &Passages,
-        root: u32,
-        door: &Door,
-        cone: &Cone,
-    ) -> Result<Option<Ahead>, String> {
+    fn look(&mut self, passages: Passages<'_>, root: u32, door: &Door, cone: &Cone) -> Result<Option<Ahead>, String> {
         let [(right_corner, right), (left_corner, left)] = [door.right, door.left];
         let entered = match passages.beyond(door.side) {
             Passage::Side(side) => side,
             Passage::Blocked => return Ok(None),
-            Passage::DeadEnd(side) if self.is_all_wanted() || self.here.is_awake(side / 3) => side,
+            Passage::DeadEnd(side) if self.is_all_wanted() || self.here.may_enter(side / 3) => side,
             Passage::DeadEnd(_) => return Ok(None),
             Passage::Outside => {
                 self.see_outside(root, [right, left], cone);
@@ -186,7 +178,7 @@ impl Wave {
             return Ok(Some(Ahead { length, side: entered }));
         }
         // Across, the side runs from the one's end to the other's start.
-        let [from, to] = ground.tile.ends(door.side).map(|end| end.id);
+        let [from, to] = passages.ground().tile.ends(door.side).map(|end| end.id);
         let item = Item {
             kind: Kind::Cone,
             tile: from.tile,
@@ -222,7 +214,7 @@ impl Wave {
             right: (from, ends[0]),
             left: (to, ends[1]),
         };
-        if let Some(ahead) = self.look(ground, passages, root, &door, &cone)? {
+        if let Some(ahead) = self.look(passages, root, &door, &cone)? {
             self.put_off(ground, root, ahead, &cone);
         }
         Ok(())

@@ -71,8 +71,7 @@ impl Tile {
             regions: Regions::open((core, core_table), (border, border_table), triangles)?,
             edges,
             sites: Sites::open(core, core_table, entry.vertices.into())?,
-            marks: Arc::default(),
-            passages: Arc::default(),
+            notes: Arc::default(),
         };
         this.check(entry)?;
         Ok(this)
