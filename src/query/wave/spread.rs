@@ -2,6 +2,10 @@
 
 use super::*;
 
+/// Triangles that a cone passes at most without a look at how long its ways are now, where it leaves each by one side only. To look takes
+/// longer than to pass such a triangle, so it may as well go a little too far.
+const TRUST: u32 = 8;
+
 /// In place of a side that another tile has.
 const NO_SIDE: u32 = u32::MAX;
 
@@ -18,6 +22,15 @@ struct Door {
 struct Ahead {
     length: f64,
     side: u32,
+}
+
+/// How far a cone went on.
+#[derive(Clone, Copy, Default)]
+struct Stride {
+    /// What its ways had at least when there was a look.
+    length: f64,
+    /// Triangles that it may still pass without one.
+    trust: u32,
 }
 
 impl Wave {
@@ -63,6 +76,7 @@ impl Wave {
         };
         let (mut side, mut cone) = (side, cone);
         let [mut right, mut left] = [next(side), side].map(end);
+        let mut stride = Stride::default();
         loop {
             self.pause = self.pause.saturating_sub(1);
             let apex = end(previous(side));
@@ -83,15 +97,16 @@ impl Wave {
             };
             let on_right = orient2d(cone.root, cone.right, point);
             let best = if on_right == Orientation::Clockwise {
-                let ahead = self.look(passages, root, &to_left, &cone)?;
+                let ahead = self.look_or_trust(passages, root, &to_left, &cone, &mut stride)?;
                 ahead.map(|ahead| (ahead, to_left, cone))
             } else {
                 match orient2d(cone.root, cone.left, point) {
                     Orientation::CounterClockwise => {
-                        let ahead = self.look(passages, root, &to_right, &cone)?;
+                        let ahead = self.look_or_trust(passages, root, &to_right, &cone, &mut stride)?;
                         ahead.map(|ahead| (ahead, to_right, cone))
                     }
                     on_left => {
+                        stride.trust = TRUST;
                         self.see_by(ground, root, apex.0, previous(side));
                         let [mut one, mut other] = [None, None];
                         let halves = [Cone { left: point, ..cone }, Cone { right: point, ..cone }];
@@ -125,7 +140,7 @@ impl Wave {
                 self.put_off(ground, root, ahead, &narrow);
                 return Ok(());
             }
-            (side, cone) = (ahead.side, narrow);
+            (side, cone, stride.length) = (ahead.side, narrow, ahead.length);
             (right, left) = (door.right, door.left);
         }
     }
@@ -146,6 +161,27 @@ impl Wave {
             seam: 0,
         };
         self.push(ahead.length, item);
+    }
+
+    /// Looks over the only side by which a cone leaves a triangle, but not each time.
+    #[inline]
+    fn look_or_trust(
+        &mut self,
+        passages: Passages<'_>,
+        root: u32,
+        door: &Door,
+        cone: &Cone,
+        stride: &mut Stride,
+    ) -> Result<Option<Ahead>, String> {
+        if stride.trust > 0
+            && let Passage::Side(side) = passages.beyond(door.side)
+        {
+            stride.trust -= 1;
+            let length = stride.length;
+            return Ok(Some(Ahead { length, side }));
+        }
+        stride.trust = TRUST;
+        self.look(passages, root, door, cone)
     }
 
     /// Looks over a side out of its triangle: if there is a free triangle of this tile where a cone may show what no other one does, the way
