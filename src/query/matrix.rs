@@ -1,7 +1,8 @@
 //! Walking distances between all of some points and all of others.
 //!
 //! Comes in: two lists of points. Goes out: a distance, or why there is none, for each pair. The points are found once; then one
-//! wave to all points of the longer list starts at each of the shorter one, for a distance is the same in both directions.
+//! wave to all points of the longer list starts at each of the shorter one, for a distance is the same in both directions. Where paths
+//! are asked for, waves start at the points of the first list.
 
 use std::pin::Pin;
 use std::sync::Arc;
@@ -15,12 +16,12 @@ use super::place::Place;
 use super::proximity::{Distance, Run, unfold};
 use super::tiles::Tiles;
 use super::wave::{Goal, Places, What};
-use super::{QueryError, QueryOptions};
+use super::{Path, QueryError, QueryOptions};
 use crate::geometry::Point;
 use crate::store::{ReadError, TileReader};
 
 /// How far it is from one of some points to one of others.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PairDistance {
     /// The place of the first point in its list.
     pub from: usize,
@@ -28,6 +29,8 @@ pub struct PairDistance {
     pub to: usize,
     /// How far it is.
     pub outcome: DistanceOutcome,
+    /// A shortest path, if the options ask for it and there is one.
+    pub path: Option<Path>,
 }
 
 /// How a question for a distance ends.
@@ -50,6 +53,9 @@ pub enum DistanceOutcome {
         at_least: f64,
     },
 }
+
+/// How far a goal is, and the path there if it is asked for.
+type Outcome = (DistanceOutcome, Option<Path>);
 
 /// A point, where it lies, and where one may be if not there.
 struct End {
@@ -89,7 +95,7 @@ impl Matrix {
         options: QueryOptions,
     ) -> Result<Arc<Self>, QueryError> {
         let mut tiles = Tiles::new(&reader, &QueryOptions::default());
-        let is_swapped = to.len() < from.len();
+        let is_swapped = to.len() < from.len() && !options.paths;
         let (few, many) = if is_swapped { (to, from) } else { (from, to) };
         let (mut starts, mut goals) = (Vec::new(), Vec::new());
         for (ends, points) in [(&mut starts, few), (&mut goals, many)] {
@@ -118,14 +124,14 @@ impl Matrix {
         };
         let of_start = inside(&self.starts[start]);
         let found = match of_start {
-            Some(_) => vec![DistanceOutcome::Unreachable; self.goals.len()],
+            Some(_) => self.unreached(),
             None => self.wave(start).await?,
         };
         let pairs = found
             .into_iter()
             .zip(&self.goals)
             .enumerate()
-            .map(|(goal, (found, end))| {
+            .map(|(goal, ((found, path), end))| {
                 let (of_goal, [from, to]) = (inside(end), [start, goal]);
                 let (outcome, [from, to]) = if self.is_swapped {
                     (of_goal.or(of_start), [to, from])
@@ -136,34 +142,36 @@ impl Matrix {
                     from,
                     to,
                     outcome: outcome.unwrap_or(found),
+                    path,
                 }
             });
         Ok(pairs.collect())
     }
 
+    /// What there is to tell of goals that nothing is known of.
+    fn unreached(&self) -> Vec<Outcome> {
+        vec![(DistanceOutcome::Unreachable, None); self.goals.len()]
+    }
+
     /// The distances from a free start to all goals that a wave reaches.
-    async fn wave(&self, start: usize) -> Result<Vec<DistanceOutcome>, QueryError> {
-        let mut outcomes = vec![DistanceOutcome::Unreachable; self.goals.len()];
+    async fn wave(&self, start: usize) -> Result<Vec<Outcome>, QueryError> {
+        let mut outcomes = self.unreached();
         let mut missing = self.goals.iter().filter(|goal| goal.place.is_free).count();
         let ended = self.reach(start, &mut outcomes, &mut missing).await;
         if let Err(error) = ended {
             let QueryError::OutOfBudget { at_least } = error else {
                 return Err(error);
             };
-            let open = |outcome: &&mut DistanceOutcome| matches!(outcome, DistanceOutcome::Unreachable);
-            for outcome in outcomes.iter_mut().filter(open) {
-                *outcome = DistanceOutcome::OutOfBudget { at_least };
+            for (outcome, _) in &mut outcomes {
+                if matches!(outcome, DistanceOutcome::Unreachable) {
+                    *outcome = DistanceOutcome::OutOfBudget { at_least };
+                }
             }
         }
         Ok(outcomes)
     }
 
-    async fn reach(
-        &self,
-        start: usize,
-        outcomes: &mut [DistanceOutcome],
-        missing: &mut usize,
-    ) -> Result<(), QueryError> {
+    async fn reach(&self, start: usize, outcomes: &mut [Outcome], missing: &mut usize) -> Result<(), QueryError> {
         if *missing == 0 {
             return Ok(());
         }
@@ -175,7 +183,12 @@ impl Matrix {
         while let Some(found) = run.next().await? {
             if let What::Place(goal) = found.what {
                 let distance = Distance::of_legs(found.length, run.legs(&found));
-                outcomes[goal as usize] = DistanceOutcome::Found(distance);
+                let goal = goal as usize;
+                let path = match self.options.paths {
+                    true => Some(run.path(&found, &self.goals[goal].place).await?),
+                    false => None,
+                };
+                outcomes[goal] = (DistanceOutcome::Found(distance), path);
                 *missing -= 1;
                 if *missing == 0 {
                     break;
@@ -210,8 +223,8 @@ impl<T> Drop for Owned<T> {
 impl TileReader {
     /// The walking distances between all points of one list and all of another: many to many.
     ///
-    /// One wave goes out from each point of the shorter list (of the first, if both are equally long), as many at once as there
-    /// are processors, each in a task of its own. The pairs come wave by wave, in the order of the shorter list, and
+    /// One wave goes out from each point of the shorter list (of the first, if both are equally long, or if the options ask for
+    /// paths), as many at once as there are processors, each in a task of its own. The pairs come wave by wave, in the order of the shorter list, and
     /// within a wave in the order of the other. So memory is needed for a few waves, and not for all pairs. Which list is
     /// shorter can change the last bits of a distance, and nothing else: sums of the same legs are rounded in another order.
     ///

@@ -48,7 +48,7 @@ fn compare_at(interval: &AlongInterval, k: usize, sites: &[Point], oracle: &Orac
 
 async fn check(reader: &TileReader, oracle: &Oracle, sites: &[Point], line: [Point; 2], k: usize, random: &mut Random) {
     let intervals = reader.nearest_along(line[0], line[1], k, QueryOptions::default());
-    let intervals = intervals.await.unwrap();
+    let intervals: Vec<_> = intervals.try_collect().await.unwrap();
     let (first, last) = (&intervals[0], &intervals[intervals.len() - 1]);
     assert_eq!(
         (first.from, first.from_t, last.to, last.to_t),
@@ -208,10 +208,8 @@ fn a_long_line_among_many_sites() {
         let (_scratch, reader) = scene.build(60).await;
         let line = [Point::new(0.5, 0.25), Point::new(36.75, 36.0)];
         let k = 3;
-        let intervals = reader
-            .nearest_along(line[0], line[1], k, QueryOptions::default())
-            .await
-            .unwrap();
+        let intervals = reader.nearest_along(line[0], line[1], k, QueryOptions::default());
+        let intervals: Vec<_> = intervals.try_collect().await.unwrap();
         assert!(intervals.len() > 30, "{}", intervals.len());
         for interval in &intervals {
             let from = on(
@@ -239,9 +237,25 @@ fn a_long_line_among_many_sites() {
         }
         let read = reader.cache().statistics().misses;
         assert!(read <= reader.directory().tiles.len() as u64);
-        let budget = QueryOptions::default().max_tiles(2);
-        let error = reader.nearest_along(line[0], line[1], k, budget).await.unwrap_err();
-        assert!(matches!(error, QueryError::OutOfBudget { at_least: 0.0 }), "{error}");
+        let mut partial = 0;
+        for tiles in 2..read {
+            let budget = QueryOptions::default().max_tiles(tiles);
+            let found: Vec<_> = reader.nearest_along(line[0], line[1], k, budget).collect().await;
+            let Some((Err(QueryError::OutOfBudget { at_least: 0.0 }), before)) = found.split_last() else {
+                assert!(found.iter().map(|found| found.as_ref().unwrap()).eq(&intervals));
+                continue;
+            };
+            partial += usize::from(!before.is_empty());
+            for (found, whole) in before.iter().map(|found| found.as_ref().unwrap()).zip(&intervals) {
+                let numbers = |interval: &AlongInterval| {
+                    let sites = interval.sites.iter().flatten();
+                    sites.map(|site| site.number).collect::<Vec<_>>()
+                };
+                assert_eq!((found.from, numbers(found)), (whole.from, numbers(whole)));
+                assert!(found.to_t <= whole.to_t);
+            }
+        }
+        assert!(partial > 3, "{partial} of {read}");
     });
 }
 
@@ -253,7 +267,10 @@ fn points_no_sites_and_none_asked_for() {
         let (_scratch, reader) = scene.build(9).await;
         let along = |from, to, k| {
             let reader = &reader;
-            async move { reader.nearest_along(from, to, k, QueryOptions::default()).await }
+            async move {
+                let intervals = reader.nearest_along(from, to, k, QueryOptions::default());
+                intervals.try_collect::<Vec<_>>().await
+            }
         };
         let one = along(at(0, 3), at(0, 3), 3).await.unwrap();
         let sites = one[0].sites.as_ref().unwrap();

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{DistanceOutcome, PairDistance, QueryError, QueryOptions};
+use delaunay_tiles::query::{DistanceOutcome, PairDistance, PathOutcome, QueryError, QueryOptions};
 use delaunay_tiles::store::TileReader;
 use futures::{StreamExt, TryStreamExt};
 
@@ -74,6 +74,37 @@ fn every_pair_is_that_of_the_oracle_in_the_promised_order() {
                 }
             }
         }
+    });
+}
+
+/// With paths, from the first list on, however long it is; each is that of a search for it alone.
+#[test]
+fn paths_of_pairs() {
+    let scene = scene();
+    let points = scene.targets(&mut Random(4), 9);
+    runtime().block_on(async {
+        let (_scratch, reader) = scene.build(7).await;
+        let (from, to) = points.split_at(6);
+        let options = QueryOptions::default().certified();
+        let pairs = reader.distance_matrix(from.to_vec(), to.to_vec(), options.clone());
+        let pairs: Vec<_> = pairs.try_collect().await.unwrap();
+        let mut found = 0;
+        for (pair, place) in pairs.into_iter().zip(0..) {
+            assert_eq!([pair.from, pair.to], [place / 3, place % 3]);
+            let alone = reader.shortest_path(from[pair.from], to[pair.to], options.clone());
+            let (DistanceOutcome::Found(distance), PathOutcome::Found(alone)) = (pair.outcome, alone.await.unwrap())
+            else {
+                assert_eq!(pair.path, None);
+                continue;
+            };
+            let path = pair.path.unwrap();
+            assert!(path.is_certified && path.distance.value == distance.value);
+            let ends = [path.points[0], path.points[path.points.len() - 1]];
+            assert_eq!(ends, [from[pair.from], to[pair.to]]);
+            assert!((distance.value - alone.distance.value).abs() <= 1e-12 * distance.value);
+            found += 1;
+        }
+        assert!(found > 6);
     });
 }
 

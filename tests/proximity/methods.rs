@@ -171,6 +171,42 @@ fn distances_among_islands() {
 }
 
 /// What each method is refused for, and what an answer costs.
+/// With few tiles the first sites come, or none, and the rest is not nearer than it is said to be.
+#[test]
+fn what_stands_when_a_budget_is_used_up() {
+    let mut random = Random(11);
+    let scene = Scene::town_with_sites(5, 60, &mut random);
+    runtime().block_on(async {
+        let (_scratch, reader) = scene.build(12).await;
+        let at = scene.targets(&mut random, 1)[0];
+        let (mut some, mut bounds) = (0, 0);
+        for method in [&METHODS[..], &[Method::Wave]].concat() {
+            let ask = |options| reader.nearest_sites_by(method, at, 25, options);
+            let whole = ask(QueryOptions::default()).await.unwrap();
+            assert_eq!((whole.answer.len(), whole.at_least), (25, None));
+            for tiles in 1..=whole.statistics.tiles {
+                let Ok(found) = ask(QueryOptions::default().max_tiles(tiles)).await else {
+                    continue;
+                };
+                let count = found.answer.len();
+                assert_eq!(found.answer, whole.answer[..count], "{method:?}, {tiles} tiles");
+                let Some(at_least) = found.at_least else {
+                    assert_eq!(count, 25);
+                    continue;
+                };
+                let next = whole.answer[count].distance.upper;
+                assert!(
+                    at_least <= next,
+                    "{method:?}, {tiles} tiles: {count} sites, then {at_least} > {next}"
+                );
+                some += usize::from(count > 0);
+                bounds += usize::from(at_least > 0.0);
+            }
+        }
+        assert!(some > 5 && bounds > 15, "{some} {bounds}");
+    });
+}
+
 #[test]
 fn refusals_and_costs() {
     runtime().block_on(async {

@@ -29,6 +29,7 @@ use super::place::Place;
 use super::proximity::{Distance, PathOutcome, SiteFound};
 use super::route;
 use super::tiles::Tiles;
+use super::wave::distance;
 use super::{QueryError, QueryOptions};
 use crate::geometry::Point;
 use crate::store::{TileReader, VertexId};
@@ -66,10 +67,39 @@ impl Method {
 /// An answer, and what it cost.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured<T> {
-    /// The answer.
+    /// The answer; as far as it was found, if the options' limits were reached.
     pub answer: T,
+    /// If the options' limits were reached: all that the answer lacks is at least as far away.
+    pub at_least: Option<f64>,
     /// What it cost.
     pub statistics: Statistics,
+}
+
+/// What a method found.
+struct Gathered {
+    local: Local,
+    reached: Vec<Reached>,
+    /// If a budget was used up: the sites that are not there are at least as far away.
+    at_least: Option<f64>,
+}
+
+impl Gathered {
+    fn all((local, reached): (Local, Vec<Reached>)) -> Self {
+        Self {
+            local,
+            reached,
+            at_least: None,
+        }
+    }
+
+    /// No sites, before a budget was used up.
+    fn nothing(source: &Place, at_least: f64) -> Self {
+        Self {
+            local: Local::new(source, None),
+            reached: Vec::new(),
+            at_least: Some(at_least),
+        }
+    }
 }
 
 /// Which sites are wanted.
@@ -119,13 +149,17 @@ impl Asked {
         }
     }
 
-    async fn sites(&mut self, method: Method, wanted: Wanted) -> Result<(Local, Vec<Reached>), QueryError> {
+    async fn sites(&mut self, method: Method, wanted: Wanted) -> Result<Gathered, QueryError> {
         self.refuse_break_lines()?;
-        match method {
-            Method::Visibility { stretch } => visibility::sites(self, stretch, wanted).await,
-            Method::EuclidXia => xia::sites(self, wanted).await,
+        let gathered = match method {
+            Method::Visibility { stretch } => visibility::sites(self, stretch, wanted).await.map(Gathered::all),
+            Method::EuclidXia => xia::sites(self, wanted).await.map(Gathered::all),
             // The wave has answered before it came to this.
             Method::EuclidZhang | Method::Wave => zhang::sites(self, wanted).await,
+        };
+        match gathered {
+            Err(QueryError::OutOfBudget { at_least }) => Ok(Gathered::nothing(&self.source, at_least)),
+            gathered => gathered,
         }
     }
 
@@ -154,10 +188,12 @@ impl TileReader {
     /// The `k` sites nearest to a point by walking distance, by any method, with what that cost. Of sites that are equally far away, as
     /// computed, the first by number.
     ///
-    /// Where a stream will do, [`nearest_sites`](Self::nearest_sites) is the better one.
+    /// Where a stream will do, [`nearest_sites`](Self::nearest_sites) is the better one. If the options' limits are reached, the answer is what is
+    /// certain by then: with the visibility method, and that of Xia et al., nothing.
     ///
     /// # Errors
-    /// As [`nearest_sites`](Self::nearest_sites); by other methods than the wave also [`QueryError::BreakLines`] if the file has any.
+    /// As [`nearest_sites`](Self::nearest_sites), but that of limits only if they are reached before the point is found; by other methods
+    /// than the wave also [`QueryError::BreakLines`] if the file has any.
     /// [`QueryError::Stretch`] if a stretch factor is too small.
     pub async fn nearest_sites_by(
         &self,
@@ -200,7 +236,11 @@ impl TileReader {
         let source = Place::find_free(&mut tiles, at).await?;
         clock.lap("locate");
         let mut asked = Asked::new(self, &options, tiles, source, clock);
-        let (local, reached) = asked.sites(method, wanted).await?;
+        let Gathered {
+            local,
+            reached,
+            mut at_least,
+        } = asked.sites(method, wanted).await?;
         let mut sites = Vec::new();
         for reached in &reached {
             let candidate = &local.candidates[reached.candidate];
@@ -220,6 +260,7 @@ impl TileReader {
         });
         sites.truncate(wanted.count());
         if options.paths {
+            let mut count = 0;
             for site in &mut sites {
                 let reached = reached
                     .iter()
@@ -228,13 +269,22 @@ impl TileReader {
                     let to = Place::at(site.vertex);
                     let ends = [&asked.source, &to];
                     let path = route::path(&mut asked.tiles, &reached.way, ends, reached.length, options.certify).await;
-                    site.path = Some(path?);
+                    match path {
+                        Err(QueryError::OutOfBudget { .. }) => {
+                            at_least = Some(site.distance.lower);
+                            break;
+                        }
+                        path => site.path = Some(path?),
+                    }
                 }
+                count += 1;
             }
+            sites.truncate(count);
             asked.clock.lap("paths");
         }
         Ok(Measured {
             answer: sites,
+            at_least,
             statistics: asked.finish(),
         })
     }
@@ -259,6 +309,7 @@ impl TileReader {
                 let nearest_free = place.nearest_free(&mut tiles).await?;
                 return Ok(Measured {
                     answer: PathOutcome::InsideObstacle { point, nearest_free },
+                    at_least: None,
                     statistics: Statistics::default(),
                 });
             }
@@ -269,7 +320,10 @@ impl TileReader {
             return wave::path(self, [source, to], tiles, clock, options).await;
         }
         let mut asked = Asked::new(self, &options, tiles, source, clock);
-        let answer = match asked.path(method, &to).await? {
+        // No path is shorter than the straight line.
+        let straight = distance(asked.source.point, to.point);
+        let found = asked.path(method, &to).await.map_err(|error| error.at_least(straight));
+        let answer = match found? {
             Some(reached) => {
                 let ends = [&asked.source, &to];
                 let path = route::path(&mut asked.tiles, &reached.way, ends, reached.length, options.certify).await?;
@@ -280,6 +334,7 @@ impl TileReader {
         };
         Ok(Measured {
             answer,
+            at_least: None,
             statistics: asked.finish(),
         })
     }

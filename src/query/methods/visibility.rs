@@ -83,6 +83,7 @@ struct Walk {
     run: EdgeRun,
     /// How far the corner is from the source.
     gap: f64,
+    stretch: f64,
     collected: Collected,
     /// The next vertex, which was found but not noted.
     ahead: Option<(VertexId, f64)>,
@@ -90,7 +91,7 @@ struct Walk {
 }
 
 impl Walk {
-    async fn start(asked: &mut Asked) -> Result<Self, QueryError> {
+    async fn start(asked: &mut Asked, stretch: f64) -> Result<Self, QueryError> {
         let corners = corners(asked).await?;
         let gap = corners
             .first()
@@ -104,6 +105,7 @@ impl Walk {
         let mut this = Self {
             run,
             gap,
+            stretch,
             collected: Collected::default(),
             ahead: None,
             is_over: false,
@@ -127,7 +129,7 @@ impl Walk {
                     return Ok(());
                 }
             }
-            let next = self.run.next().await.map_err(|error| error.at_least(0.0))?;
+            let next = self.run.next().await.map_err(|error| self.nothing_within(error))?;
             let Some(number) = next else {
                 self.is_over = true;
                 return Ok(());
@@ -137,14 +139,18 @@ impl Walk {
         }
     }
 
-    /// Gathers what matters for sites within `radius`, with a stretch factor.
-    async fn gather(
-        &mut self,
-        asked: &Asked,
-        stretch: f64,
-        radius: f64,
-        longest: Longest<'_>,
-    ) -> Result<Local, QueryError> {
+    /// What is known when a budget is used up: from the corner no site is nearer than the first along edges, divided by the stretch factor.
+    fn nothing_within(&self, error: QueryError) -> QueryError {
+        let QueryError::OutOfBudget { at_least } = error else {
+            return error;
+        };
+        let first = self.collected.sites.first().map_or(at_least, |site| site.length);
+        error.at_least((first / (self.stretch * MARGIN) - self.gap).max(0.0))
+    }
+
+    /// Gathers what matters for sites within `radius`.
+    async fn gather(&mut self, asked: &Asked, radius: f64, longest: Longest<'_>) -> Result<Local, QueryError> {
+        let stretch = self.stretch;
         let from_corner = radius + self.gap;
         let at = asked.source.point;
         let is_near = |site: &Site| distance(site.vertex.point, at) <= radius * MARGIN;
@@ -258,7 +264,7 @@ pub(super) async fn sites(
     stretch: f64,
     wanted: Wanted,
 ) -> Result<(Local, Vec<Reached>), QueryError> {
-    let mut walk = Walk::start(asked).await?;
+    let mut walk = Walk::start(asked, stretch).await?;
     let radius = match wanted {
         Wanted::Within(radius) => radius,
         Wanted::Nearest(count) => {
@@ -266,7 +272,7 @@ pub(super) async fn sites(
             walk.collected.sites.last().map_or(0.0, |site| site.length) + walk.gap
         }
     };
-    let local = walk.gather(asked, stretch, radius, Longest::OfSites).await?;
+    let local = walk.gather(asked, radius, Longest::OfSites).await?;
     walk.finish(asked);
     let limit = match wanted {
         Wanted::Within(radius) => radius,
@@ -286,9 +292,9 @@ pub(super) async fn path(asked: &mut Asked, stretch: f64, to: &Place) -> Result<
         asked.clock.lap("collect");
         return Ok(None);
     };
-    let mut walk = Walk::start(asked).await?;
+    let mut walk = Walk::start(asked, stretch).await?;
     let longest = Longest::Of(to, length + walk.gap);
-    let local = walk.gather(asked, stretch, length, longest).await?;
+    let local = walk.gather(asked, length, longest).await?;
     walk.finish(asked);
     let found = local.target(length * MARGIN, asked).await?;
     Ok(found)

@@ -60,9 +60,17 @@ pub(super) async fn sites(
     let mut clock = Clock::start();
     let mut run = Run::from_point(reader, at, Goal::Sites, wanted.limit(), options).await?;
     clock.lap("locate");
-    let mut answer = Vec::new();
+    let (mut answer, mut at_least) = (Vec::new(), None);
     while answer.len() < wanted.count() {
-        let Some(found) = run.next().await? else { break };
+        let found = match run.next().await {
+            Ok(Some(found)) => found,
+            Ok(None) => break,
+            Err(QueryError::OutOfBudget { at_least: rest }) => {
+                at_least = Some(rest);
+                break;
+            }
+            Err(error) => return Err(error),
+        };
         let What::Site { number, id, vertex } = found.what.clone() else {
             continue;
         };
@@ -75,14 +83,24 @@ pub(super) async fn sites(
         };
         if run.options.paths {
             clock.lap("wave");
-            site.path = Some(run.path(&found, &Place::at(vertex)).await?);
+            match run.path(&found, &Place::at(vertex)).await {
+                Err(QueryError::OutOfBudget { .. }) => {
+                    at_least = Some(site.distance.lower);
+                    break;
+                }
+                path => site.path = Some(path?),
+            }
             clock.lap("paths");
         }
         answer.push(site);
     }
     clock.lap("wave");
     let statistics = cost(reader, &run, clock, answer.len()).await?;
-    Ok(Measured { answer, statistics })
+    Ok(Measured {
+        answer,
+        at_least,
+        statistics,
+    })
 }
 
 /// The shortest path to a target.
@@ -105,5 +123,9 @@ pub(super) async fn path(
     };
     clock.lap("paths");
     let statistics = cost(reader, &run, clock, 1).await?;
-    Ok(Measured { answer, statistics })
+    Ok(Measured {
+        answer,
+        at_least: None,
+        statistics,
+    })
 }

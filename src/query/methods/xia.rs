@@ -141,9 +141,17 @@ async fn add_boundary(asked: &mut Asked, local: &mut Local, edge: ObstacleEdge, 
 
 /// The nearest sites, or those within a radius.
 pub(super) async fn sites(asked: &mut Asked, wanted: Wanted) -> Result<(Local, Vec<Reached>), QueryError> {
+    let air = Air::new(asked).await?;
+    // If a budget is used up: no site is nearer than the first one as the crow flies.
+    let nearest = air.next.as_ref().map_or(f64::INFINITY, |near| near.distance);
+    let found = settle(asked, air, wanted).await;
+    found.map_err(|error| error.at_least(nearest))
+}
+
+/// Adds obstacles and candidates until provisional paths are the true ones.
+async fn settle(asked: &mut Asked, mut air: Air, wanted: Wanted) -> Result<(Local, Vec<Reached>), QueryError> {
     let mut local = Local::new(&asked.source, None);
     let mut legs = Legs { walked: HashSet::new() };
-    let mut air = Air::new(asked).await?;
     match wanted {
         Wanted::Within(radius) => air.add(asked, &mut local, 0, radius).await?,
         Wanted::Nearest(count) => air.add(asked, &mut local, count, 0.0).await?,

@@ -9,7 +9,7 @@
 
 use super::local::{Local, Reached};
 use super::nearby::{Center, Met, Nearby};
-use super::{Asked, Wanted};
+use super::{Asked, Gathered, Wanted};
 use crate::query::QueryError;
 use crate::query::place::Place;
 use crate::query::wave::distance;
@@ -19,6 +19,8 @@ struct Disc {
     local: Local,
     nearby: Nearby,
     radius: f64,
+    /// All within so far is in it.
+    known: f64,
 }
 
 impl Disc {
@@ -28,6 +30,7 @@ impl Disc {
             local: Local::new(&asked.source, target),
             nearby: Nearby::start(&mut asked.tiles, &asked.source, center).await?,
             radius: 0.0,
+            known: 0.0,
         })
     }
 
@@ -65,6 +68,7 @@ impl Disc {
             }
         }
         asked.statistics.edges_considered = self.nearby.walls.len() as u64;
+        self.known = self.radius;
         Ok(())
     }
 
@@ -74,9 +78,38 @@ impl Disc {
     }
 }
 
+/// What is certain of the sites so far: those within a distance.
+#[derive(Default)]
+struct Certain {
+    found: Vec<Reached>,
+    within: f64,
+}
+
 /// The nearest sites, or those within a radius.
-pub(super) async fn sites(asked: &mut Asked, wanted: Wanted) -> Result<(Local, Vec<Reached>), QueryError> {
+pub(super) async fn sites(asked: &mut Asked, wanted: Wanted) -> Result<Gathered, QueryError> {
     let mut disc = Disc::new(asked, None).await?;
+    let mut certain = Certain::default();
+    match rounds(asked, wanted, &mut disc, &mut certain).await {
+        Ok(found) => Ok(Gathered::all((disc.local, found))),
+        Err(QueryError::OutOfBudget { .. }) => {
+            let Certain { mut found, within } = certain;
+            found.retain(|found| found.length <= within);
+            Ok(Gathered {
+                local: disc.local,
+                reached: found,
+                at_least: Some(within),
+            })
+        }
+        Err(error) => Err(error),
+    }
+}
+
+async fn rounds(
+    asked: &mut Asked,
+    wanted: Wanted,
+    disc: &mut Disc,
+    certain: &mut Certain,
+) -> Result<Vec<Reached>, QueryError> {
     let count = wanted.count();
     match wanted {
         Wanted::Within(radius) => disc.grow(asked, radius).await?,
@@ -86,7 +119,7 @@ pub(super) async fn sites(asked: &mut Asked, wanted: Wanted) -> Result<(Local, V
         let found = disc.local.nearest(count, wanted.limit(), asked).await?;
         asked.pause().await?;
         if matches!(wanted, Wanted::Within(_)) {
-            return Ok((disc.local, found));
+            return Ok(found);
         }
         let reached = found
             .iter()
@@ -95,10 +128,18 @@ pub(super) async fn sites(asked: &mut Asked, wanted: Wanted) -> Result<(Local, V
         let farthest = found.last().map_or(0.0, |found| found.length);
         if is_enough || disc.is_all() {
             if farthest <= disc.radius {
-                return Ok((disc.local, found));
+                return Ok(found);
             }
+            *certain = Certain {
+                found,
+                within: disc.known,
+            };
             disc.grow(asked, farthest).await?;
         } else {
+            *certain = Certain {
+                found,
+                within: disc.known,
+            };
             // Some cannot be reached, so others are wanted.
             let more = 2 * disc.local.site_count().max(1);
             disc.grow_to(asked, more).await?;

@@ -149,7 +149,10 @@ async fn ask(bytes: Vec<u8>) {
             let _ = reader.nearest_sites_by(method, from, 2, options()).await;
         }
         let _ = reader.area_within(from, 7.5, options()).try_collect::<Vec<_>>().await;
-        let _ = reader.nearest_along(from, to, 1, options()).await;
+        let _ = reader
+            .nearest_along(from, to, 1, options())
+            .try_collect::<Vec<_>>()
+            .await;
     }
     let _ = reader
         .triangles_in(Rect::new(2.0, 2.0, 9.0, 9.0))

@@ -290,6 +290,33 @@ fn matrices() {
             && sites.contains("2 (4, 4) to inner (-2.5, 2.5): no way leads"),
         "{sites}"
     );
+    let shapes = town.query(
+        "matrix",
+        &[
+            "--from-file",
+            "a.csv",
+            "--to-file",
+            "b.csv",
+            "--geojson",
+            "--plot",
+            "m.svg",
+        ],
+    );
+    let shapes: Value = serde_json::from_str(&shapes).unwrap();
+    let [first, .., last] = &shapes["features"].as_array().unwrap()[..] else {
+        panic!("{shapes}")
+    };
+    let ends = [&first["geometry"]["coordinates"][0], &last["properties"]["from_at"]];
+    assert_eq!(ends, [&json!([-4.0, -4.0]), &json!([4.0, 4.0])]);
+    assert_eq!(
+        (&first["properties"]["distance"], &last["geometry"]),
+        (&json!(8.0), &Value::Null)
+    );
+    let picture = fs::read_to_string(town.path("m.svg")).unwrap();
+    assert!(
+        picture.contains("Shortest paths from 3 to 2 points") && picture.contains("2 found"),
+        "{picture}"
+    );
     for args in [&[][..], &["--from-file", "a.csv"], &["--batch", "gone.csv"]] {
         town.run(1, &[&["query", "matrix", "town.tiles"], args].concat());
     }

@@ -47,10 +47,9 @@ impl Ask {
         let (mut status, found) = match (self, question) {
             (_, Question::At(at)) => self.answer_at(reader, at, options.clone()).await?,
             (Self::Along { k }, Question::Way(from, to)) => {
-                match reader.nearest_along(from, to, k as usize, options.clone()).await {
-                    Ok(intervals) => (Status::Ok, Found::Along(intervals)),
-                    Err(error) => (Status::of(error)?, Found::Along(Vec::new())),
-                }
+                let intervals = reader.nearest_along(from, to, k as usize, options.clone());
+                let (status, intervals) = first(intervals, usize::MAX).await?;
+                (status, Found::Along(intervals))
             }
             (_, Question::Way(from, to)) => answer_way(reader, from, to, options.clone()).await?,
         };

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use anyhow::{bail, ensure};
 use clap::Args;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{DistanceOutcome, PairDistance};
 use delaunay_tiles::store::TileReader;
@@ -13,11 +14,14 @@ use futures::TryStreamExt;
 use serde_json::{Value, json};
 
 use super::answer::{Status, name};
-use super::args::ReadingArgs;
+use super::args::{FormatArgs, ReadingArgs};
 use super::batch::{self, Question};
-use super::print::{bounds, pair, position, say, with_distance};
+use super::print::{
+    COLLECTION, COLLECTION_END, Format, bounds, line_string, pair, position, say, with_distance, write_feature,
+};
 use super::report;
-use crate::common::{self, cell};
+use crate::common::{self, cell, thousands};
+use crate::plot::{self, Overlay, PlotFile};
 
 /// Distances between all of some points and all of others, or all sites.
 ///
@@ -28,7 +32,8 @@ use crate::common::{self, cell};
 Example:
   tiletool query matrix town.tiles --from-file depots.csv --to-file homes.csv --csv
   tiletool query matrix town.tiles --batch depots.csv
-  tiletool query matrix town.tiles --from-file homes.csv --sites --csv")]
+  tiletool query matrix town.tiles --from-file homes.csv --sites --csv
+  tiletool query matrix town.tiles --batch depots.csv --plot depots.svg")]
 pub struct MatrixArgs {
     #[command(flatten)]
     reading: ReadingArgs,
@@ -44,12 +49,11 @@ pub struct MatrixArgs {
     /// To all sites of the file
     #[arg(long, conflicts_with = "to_file")]
     sites: bool,
-    /// Print a JSON object for each pair, on one line
-    #[arg(long, conflicts_with = "csv")]
-    json: bool,
-    /// Print from,to,from_x,from_y,to_x,to_y,status,distance,lower,upper for each pair, numbers in full
-    #[arg(long)]
-    csv: bool,
+    /// Draw what is in the way, and a path for each pair
+    #[arg(long, value_name = "MAP.svg|MAP.png", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
+    plot: Option<PlotFile>,
+    #[command(flatten)]
+    format: FormatArgs,
 }
 
 /// Points, and what they are called.
@@ -118,28 +122,62 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
             },
             None => bail!("no points to which are given; give --to-file B.csv or --sites"),
         };
-        let mut pairs = reader.distance_matrix(from.points.clone(), to.points.clone(), args.reading.limits());
-        let mut out = BufWriter::new(io::stdout());
-        if args.csv {
-            writeln!(out, "from,to,from_x,from_y,to_x,to_y,status,distance,lower,upper")?;
+        let format = args.format.format();
+        let mut options = args.reading.limits();
+        if args.plot.is_some() || format == Format::GeoJson {
+            options = options.paths();
         }
-        let mut count = 0;
+        let mut pairs = reader.distance_matrix(from.points.clone(), to.points.clone(), options);
+        let mut out = BufWriter::new(io::stdout());
+        match format {
+            Format::Csv => writeln!(out, "from,to,from_x,from_y,to_x,to_y,status,distance,lower,upper")?,
+            Format::GeoJson => write!(out, "{COLLECTION}")?,
+            Format::Text | Format::Json => {}
+        }
+        let (mut count, mut paths) = (0, Vec::new());
         while let Some(found) = pairs.try_next().await? {
+            match format {
+                Format::Csv => writeln!(out, "{}", row(&from, &to, &found))?,
+                Format::Json => writeln!(out, "{}", object(&from, &to, &found))?,
+                Format::GeoJson => write_feature(&mut out, count, &feature(&from, &to, &found))?,
+                Format::Text => write!(out, "{}", text(&from, &to, &found))?,
+            }
             count += 1;
-            if args.csv {
-                writeln!(out, "{}", row(&from, &to, found))?;
-            } else if args.json {
-                writeln!(out, "{}", object(&from, &to, found))?;
-            } else {
-                write!(out, "{}", text(&from, &to, found))?;
+            if args.plot.is_some() {
+                paths.extend(found.path.map(|path| path.points));
             }
         }
+        if format == Format::GeoJson {
+            writeln!(out, "{COLLECTION_END}")?;
+        }
         out.flush()?;
+        if let Some(file) = &args.plot {
+            plot::draw_query(&reader, file, &picture(args, &from, to, paths)).await?;
+        }
         if args.reading.stats {
             report("pairs", count, began, &reader);
         }
         Ok(())
     })
+}
+
+/// The picture of all pairs.
+fn picture(args: &MatrixArgs, from: &Ends, to: Ends, paths: Vec<Vec<Point>>) -> Overlay {
+    let [starts, ends, found] = [from.points.len(), to.points.len(), paths.len()].map(|count| thousands(count as u64));
+    let (sites, ends_seen) = match to.names {
+        Some(_) => (to.points, Vec::new()),
+        // To the same points: they are seen already.
+        None if args.batch.is_some() => (Vec::new(), Vec::new()),
+        None => (Vec::new(), to.points),
+    };
+    Overlay {
+        title: format!("Shortest paths from {starts} to {ends} points  ·  {found} found"),
+        starts: from.points.clone(),
+        ends: ends_seen,
+        sites,
+        paths,
+        ..Overlay::default()
+    }
 }
 
 /// How a pair ended, in the words of other queries.
@@ -152,7 +190,7 @@ fn status(outcome: DistanceOutcome) -> Status {
     }
 }
 
-fn row(from: &Ends, to: &Ends, found: PairDistance) -> String {
+fn row(from: &Ends, to: &Ends, found: &PairDistance) -> String {
     let numbers = match found.outcome {
         DistanceOutcome::Found(distance) => bounds(&distance),
         DistanceOutcome::OutOfBudget { at_least } => format!(",{at_least},"),
@@ -163,7 +201,12 @@ fn row(from: &Ends, to: &Ends, found: PairDistance) -> String {
     format!("{names},{ends},{},{numbers}", status(found.outcome).name())
 }
 
-fn object(from: &Ends, to: &Ends, found: PairDistance) -> Value {
+fn feature(from: &Ends, to: &Ends, found: &PairDistance) -> Value {
+    let geometry = found.path.as_ref().map_or(Value::Null, line_string);
+    json!({"type": "Feature", "properties": object(from, to, found), "geometry": geometry})
+}
+
+fn object(from: &Ends, to: &Ends, found: &PairDistance) -> Value {
     let mut value = json!({
         "from": found.from,
         "to": found.to,
@@ -180,7 +223,7 @@ fn object(from: &Ends, to: &Ends, found: PairDistance) -> Value {
     }
 }
 
-fn text(from: &Ends, to: &Ends, found: PairDistance) -> String {
+fn text(from: &Ends, to: &Ends, found: &PairDistance) -> String {
     let [a, b] = [from.points[found.from], to.points[found.to]];
     let names = [from.name(found.from), to.name(found.to)];
     let mut text = format!("{} ({}, {}) to {} ({}, {})", names[0], a.x, a.y, names[1], b.x, b.y);

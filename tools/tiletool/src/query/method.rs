@@ -92,10 +92,6 @@ impl Measure {
             (_, Question::At(_)) => return ask.answer(reader, question, options).await,
         };
         let (status, found, statistics) = match measured {
-            // The stream of the wave has what was found till then.
-            Err(QueryError::OutOfBudget { .. }) if method == Method::Wave => {
-                return ask.answer(reader, question, options).await;
-            }
             Err(error) => (Status::of(error)?, Found::nothing(question), None),
             Ok((status, found, statistics)) => (status, found, Some(statistics)),
         };
@@ -110,7 +106,8 @@ impl Measure {
 }
 
 fn sites(measured: Measured<Vec<SiteFound>>) -> (Status, Found, Statistics) {
-    (Status::Ok, Found::Sites(measured.answer), measured.statistics)
+    let status = measured.at_least.map_or(Status::Ok, Status::Budget);
+    (status, Found::Sites(measured.answer), measured.statistics)
 }
 
 fn path(measured: Measured<PathOutcome>) -> (Status, Found, Statistics) {

@@ -37,7 +37,7 @@ impl Printer {
         match format {
             Format::Csv if in_stages => writeln!(out, "{},{}", header(ask), Stage::HEADER)?,
             Format::Csv => writeln!(out, "{}", header(ask))?,
-            Format::GeoJson => write!(out, r#"{{"type":"FeatureCollection","features":["#)?,
+            Format::GeoJson => write!(out, "{COLLECTION}")?,
             Format::Text | Format::Json => {}
         }
         Ok(Self {
@@ -93,8 +93,7 @@ impl Printer {
 
     fn print_features(&mut self, features: Vec<Value>) -> anyhow::Result<()> {
         for feature in features {
-            let comma = if self.features == 0 { "" } else { "," };
-            write!(self.out, "{comma}\n{feature}")?;
+            write_feature(&mut self.out, self.features, &feature)?;
             self.features += 1;
         }
         Ok(())
@@ -103,10 +102,26 @@ impl Printer {
     /// Prints what comes behind all answers.
     pub fn finish(mut self) -> anyhow::Result<()> {
         if self.format == Format::GeoJson {
-            writeln!(self.out, "\n]}}")?;
+            writeln!(self.out, "{COLLECTION_END}")?;
         }
         Ok(self.out.flush()?)
     }
+}
+
+/// What comes before all features of GeoJSON, and what behind.
+pub const COLLECTION: &str = r#"{"type":"FeatureCollection","features":["#;
+pub const COLLECTION_END: &str = "\n]}";
+
+/// Writes a feature behind so many.
+pub fn write_feature(out: &mut impl Write, before: u64, feature: &Value) -> io::Result<()> {
+    let comma = if before == 0 { "" } else { "," };
+    write!(out, "{comma}\n{feature}")
+}
+
+/// A path as the geometry of a feature.
+pub fn line_string(path: &Path) -> Value {
+    let points: Vec<Value> = path.points.iter().map(|&point| position(point)).collect();
+    json!({"type": "LineString", "coordinates": points})
 }
 
 fn header(ask: Ask) -> String {
@@ -354,10 +369,7 @@ fn items_as_features(answer: &Answer) -> Vec<Value> {
             item.extend(head.clone());
         }
         let geometry = match (path, point) {
-            (Some(path), _) => {
-                let points: Vec<Value> = path.points.iter().map(|&point| position(point)).collect();
-                json!({"type": "LineString", "coordinates": points})
-            }
+            (Some(path), _) => line_string(path),
             (None, Some(point)) => json!({"type": "Point", "coordinates": position(point)}),
             (None, None) => Value::Null,
         };
@@ -395,7 +407,10 @@ fn text(answer: &Answer) -> String {
         Question::At(at) => format!("({}, {})", at.x, at.y),
         Question::Way(from, to) => format!("({}, {}) to ({}, {})", from.x, from.y, to.x, to.y),
     };
-    say(&mut text, answer.status);
+    match (answer.status, &answer.found) {
+        (Status::Budget(_), Found::Along(_)) => text.push_str(": stopped early; what comes behind is not known"),
+        (status, _) => say(&mut text, status),
+    }
     match &answer.found {
         Found::Location(location) => {
             let (what, vertices) = spot(location);

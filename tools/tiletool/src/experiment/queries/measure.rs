@@ -63,7 +63,7 @@ async fn ask(
         // In turn each one is the first.
         for turn in 0..methods.len() {
             let method = methods[(turn + place) % methods.len()];
-            let Measured { answer, statistics } = query(reader, at, wanted, method).await?;
+            let Measured { answer, statistics, .. } = query(reader, at, wanted, method).await?;
             if !is_same(&answer, &expected) {
                 bail!(
                     "{} and {} do not say the same from ({}, {})",
