@@ -15,7 +15,7 @@ use bytes::Bytes;
 use foldhash::{HashMap, HashMapExt};
 use futures::future::FutureExt;
 use tokio::runtime::Handle;
-use tokio::sync::{Mutex, oneshot};
+use tokio::sync::{MappedMutexGuard, Mutex, MutexGuard, oneshot};
 use tokio::task::JoinHandle;
 
 use super::EditError;
@@ -35,6 +35,8 @@ pub(super) struct Tiles {
     disk: Arc<Disk>,
     /// Tiles that were changed since the file was opened.
     pub(super) is_changed: Vec<bool>,
+    /// Ends when nobody has `disk` any more.
+    gone: oneshot::Receiver<()>,
 }
 
 /// A tile to look at.
@@ -46,7 +48,8 @@ struct Disk {
     reader: TileReader,
     file: ThreadsFile,
     generation: u32,
-    state: Mutex<Written>,
+    /// None once the file is published.
+    state: Mutex<Option<Written>>,
     /// What regions tiles are written with, once it is known.
     labels: OnceLock<Labels>,
     buffers: Buffers,
@@ -54,6 +57,8 @@ struct Disk {
     /// Several tiles may be put together at a time, but are written in the order in which that began.
     turn: Turn,
     reads: AtomicU64,
+    /// The last to be dropped, when the file is closed.
+    _alive: oneshot::Sender<()>,
 }
 
 struct Written {
@@ -159,15 +164,16 @@ impl Tiles {
         let Target { path, file } = target;
         let generation = u32::try_from(reader.generation() + 1);
         let entries = reader.directory().tiles.clone();
+        let (alive, gone) = oneshot::channel();
         let disk = Arc::new(Disk {
             generation: generation.map_err(|_| EditError::Internal("the file was edited too often".to_owned()))?,
-            state: Mutex::new(Written {
+            state: Mutex::new(Some(Written {
                 writer: TileWriter::behind(file.clone(), reader.file_length()).draft(is_draft),
                 entries,
                 free: Vec::new(),
                 reused: HashMap::new(),
                 in_holes: HashMap::new(),
-            }),
+            })),
             turn: Turn::default(),
             labels: OnceLock::new(),
             buffers: Buffers::default(),
@@ -176,6 +182,7 @@ impl Tiles {
             reads: AtomicU64::new(0),
             file,
             reader,
+            _alive: alive,
         });
         let theirs = Arc::clone(&disk);
         let write_back = move |id, tile| Arc::clone(&theirs).write(id, tile).boxed();
@@ -184,6 +191,7 @@ impl Tiles {
             cache: EditCache::new(capacity as usize, write_back),
             is_changed: vec![false; disk.reader.directory().tiles.len()],
             disk,
+            gone,
         })
     }
 
@@ -251,7 +259,7 @@ impl Tiles {
     /// How many triangles of a tile are in holes, if it was written with labels.
     pub(super) fn in_holes(&self, id: TileId) -> Option<u32> {
         let state = self.runtime.block_on(self.disk.state.lock());
-        state.in_holes.get(&id).copied()
+        state.as_ref()?.in_holes.get(&id).copied()
     }
 
     /// A tile to change, one at a time.
@@ -299,19 +307,25 @@ impl Tiles {
     /// Makes the file what its tiles are now, with a directory that `change` adapts. Returns its length.
     pub(super) fn publish(self, change: impl FnOnce(&mut Directory)) -> Result<u64, EditError> {
         let Self {
-            runtime, cache, disk, ..
+            runtime,
+            cache,
+            disk,
+            gone,
+            ..
         } = self;
         tracing::debug!(cache = %cache.statistics(), "edited");
-        // It has the file too.
-        drop(cache);
-        let gone = |_| EditError::Internal("a tile is still being written".to_owned());
-        let disk = Arc::try_unwrap(disk).map_err(gone)?;
-        let Written { writer, entries, .. } = disk.state.into_inner();
-        let mut directory = disk.reader.directory().clone();
+        let (path, reader) = (disk.path.clone(), disk.reader.clone());
+        let written = runtime.block_on(disk.state.lock()).take();
+        let Some(Written { writer, entries, .. }) = written else {
+            return Err(EditError::Internal("the file is published already".to_owned()));
+        };
+        let mut directory = reader.directory().clone();
         directory.tiles = entries;
         change(&mut directory);
-        let path = disk.path;
-        let done = runtime.block_on(writer.replace(&directory, disk.reader.in_force()));
+        let done = runtime.block_on(writer.replace(&directory, reader.in_force()));
+        // Tiles may still be read ahead, in vain, with the file locked. Whoever edits it next shall find it free.
+        drop((cache, disk, reader));
+        let _ = runtime.block_on(gone);
         done.map_err(|error| cannot(&path, "finish", error))
     }
 }
@@ -321,9 +335,13 @@ impl Disk {
         cannot(&self.path, what, source)
     }
 
+    async fn written(&self) -> Result<MappedMutexGuard<'_, Written>, EditError> {
+        MutexGuard::try_map(self.state.lock().await, Option::as_mut).map_err(|_| EditError::Cancelled)
+    }
+
     async fn read(&self, id: TileId) -> Result<Tile, EditError> {
         let entry = {
-            let mut state = self.state.lock().await;
+            let mut state = self.written().await?;
             // What was gathered to be written must be there to be read.
             let flushed = state.writer.flush().await;
             flushed.map_err(|error| self.cannot("write", error))?;
@@ -373,7 +391,7 @@ impl Disk {
             })
             .await?;
         let _done = turn.wait().await;
-        let mut state = self.state.lock().await;
+        let mut state = self.written().await?;
         let before = state.entries[id.0 as usize];
         if before.generation == self.generation {
             // No superblock leads there.
@@ -415,6 +433,7 @@ impl PartedTiles<'_> {
             cache,
             disk,
             is_changed,
+            ..
         } = self.tiles;
         while self.coming.len() < disk.desk.threads
             && let Some(&is_changed) = is_changed.get(self.next as usize)
