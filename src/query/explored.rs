@@ -1,8 +1,8 @@
 //! Which triangles a search went through, for pictures of it.
 
-use std::collections::HashSet;
 use std::sync::Arc;
 
+use foldhash::HashSet;
 use parking_lot::Mutex;
 
 use super::wave::{Part, Shape};

@@ -1,7 +1,9 @@
 //! Where a query begins or ends: on which vertex, edge or triangle, whether that is free, and where the nearest free point is if not.
 
 use std::cmp::Reverse;
-use std::collections::{BinaryHeap, HashSet};
+use std::collections::BinaryHeap;
+
+use foldhash::HashSet;
 
 use super::ground::{Ground, Wedge};
 use super::locate::Walked;
@@ -158,7 +160,7 @@ impl Place {
         let mut search = Search {
             at: self.point,
             open: BinaryHeap::new(),
-            pushed: HashSet::new(),
+            pushed: HashSet::default(),
         };
         match self.spot {
             Spot::Triangle(triangle) => search.push_sides(&*tiles.get(triangle.tile).await?, triangle.triangle),
@@ -269,7 +271,7 @@ fn side_towards_hull(tile: &Tile, from: VertexId, to: VertexId) -> Result<u32, S
 }
 
 /// The point of a segment that is nearest to a point, rounded.
-fn nearest_on([a, b]: [Point; 2], p: Point) -> Point {
+pub(super) fn nearest_on([a, b]: [Point; 2], p: Point) -> Point {
     let (dx, dy) = (b.x - a.x, b.y - a.y);
     let square = dx * dx + dy * dy;
     let along = ((p.x - a.x) * dx + (p.y - a.y) * dy) / square;

@@ -31,6 +31,25 @@ fn area(piece: &AreaPiece) -> f64 {
         .sum()
 }
 
+/// On open ground a search goes through each triangle a few times, however many there are: the cones on both sides of a vertex are one
+/// again behind it.
+#[test]
+fn open_ground_is_gone_through_a_few_times() {
+    let mut random = Random(6);
+    let mut scene = Scene::in_room(10, vec![]);
+    let any = |random: &mut Random| Point::new(10.0 * random.unit(), 10.0 * random.unit());
+    scene.points.extend((0..6000).map(|_| any(&mut random)));
+    runtime().block_on(async {
+        for tile_vertices in [500, 1 << 16] {
+            let (_scratch, reader) = scene.build(tile_vertices).await;
+            let triangles = reader.directory().metadata.triangles;
+            let pieces = pieces(&reader, Point::new(2.0, 4.0), 50.0).await;
+            let times = pieces.len() as f64 / triangles as f64;
+            assert!((1.0..3.0).contains(&times), "{times}");
+        }
+    });
+}
+
 /// Without obstacles the pieces make up a disc, of which no part comes twice, inside and outside the hull.
 #[test]
 fn a_disc_where_nothing_is_in_the_way() {

@@ -4,9 +4,9 @@
 //! or the vertex that it passes through, so that neighbouring triangles agree about it to the last bit. Which triangles
 //! the line passes is decided by exact predicates.
 
-use std::collections::HashMap;
+use foldhash::HashMap;
 
-use crate::geometry::{Orientation, Point, Rect, orient2d};
+use crate::geometry::{Orientation, Point, orient2d, segment_meets};
 use crate::query::QueryError;
 use crate::query::explored::key;
 use crate::query::star::next;
@@ -111,28 +111,12 @@ impl Line {
         }
     }
 
-    fn meets(self, rect: Rect) -> bool {
-        if !Rect::around([self.from, self.to]).intersects(rect) {
-            return false;
-        }
-        let corners = [
-            Point::new(rect.min_x, rect.min_y),
-            Point::new(rect.max_x, rect.min_y),
-            Point::new(rect.max_x, rect.max_y),
-            Point::new(rect.min_x, rect.max_y),
-        ];
-        let side = |corner| orient2d(self.from, self.to, corner);
-        let sides = corners.map(side);
-        !(sides.iter().all(|&side| side == Orientation::Clockwise)
-            || sides.iter().all(|&side| side == Orientation::CounterClockwise))
-    }
-
     /// Finds out what the line passes.
     pub(super) async fn pass(self, tiles: &mut Tiles) -> Result<Passed, QueryError> {
         let mut passed = Passed::default();
         let outside_is_free = tiles.outside_is_free();
         let mut hull = [f64::INFINITY, f64::NEG_INFINITY];
-        let ids: Vec<TileId> = tiles.ids_where(|bounds| self.meets(bounds));
+        let ids: Vec<TileId> = tiles.ids_where(|bounds| segment_meets([self.from, self.to], bounds));
         for id in ids {
             let tile = tiles.get(id).await?;
             for triangle in tile.owned_triangles() {

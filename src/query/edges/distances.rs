@@ -1,9 +1,11 @@
 //! Questions for the CDT distance.
 
 use std::cmp::Reverse;
-use std::collections::{BinaryHeap, HashSet};
+use std::collections::BinaryHeap;
 
 use futures::stream::Stream;
+
+use foldhash::HashSet;
 
 use super::corner::PUT_IN;
 use super::{EdgeRun, NO_NODE};
@@ -118,7 +120,7 @@ impl Sites {
     ) -> Result<Self, QueryError> {
         Ok(Self {
             vertices: Vertices::start(reader, at, limit, options).await?,
-            met: HashSet::new(),
+            met: HashSet::default(),
             ready: BinaryHeap::new(),
         })
     }

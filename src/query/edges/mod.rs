@@ -28,7 +28,9 @@ mod overlay;
 mod run;
 
 use std::cmp::Ordering;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::BinaryHeap;
+
+use foldhash::{HashMap, HashSet};
 
 use super::ground::{Ground, SINGLE, Wedge};
 use super::star::{next, previous, side_towards};
@@ -122,9 +124,9 @@ pub(super) struct EdgeSearch {
     towards: Option<Point>,
     queue: BinaryHeap<Entry>,
     nodes: Vec<Node>,
-    settled: foldhash::HashSet<[VertexId; 2]>,
+    settled: HashSet<[VertexId; 2]>,
     /// Lengths over which vertices with one free sector wait.
-    waiting: foldhash::HashMap<VertexId, f64>,
+    waiting: HashMap<VertexId, f64>,
     /// A disc, if nothing else is wanted than what lies in it.
     disc: Option<(Point, f64)>,
 }
@@ -146,8 +148,8 @@ impl EdgeSearch {
             towards,
             queue: BinaryHeap::new(),
             nodes: Vec::new(),
-            settled: foldhash::HashSet::default(),
-            waiting: foldhash::HashMap::default(),
+            settled: HashSet::default(),
+            waiting: HashMap::default(),
             disc: None,
         };
         let start = |within| Entry {

@@ -22,7 +22,9 @@
 //!
 //! Sectors of the file's vertices stay what they were: what is new at a vertex lies in a wedge of a triangle that is gone.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::BTreeMap;
+
+use foldhash::{HashMap, HashSet};
 
 use super::corner::{Bar, Corner, Face, PUT_IN, Rim, Within, sorted};
 use crate::geometry::{Orientation, Point, in_circle, orient2d};
@@ -136,7 +138,7 @@ impl Overlay {
 
     /// All edges that are not in the file, from both ends; some come more than once.
     pub(super) fn links(&self) -> HashMap<VertexId, Vec<Link>> {
-        let mut links: HashMap<VertexId, Vec<Link>> = HashMap::new();
+        let mut links: HashMap<VertexId, Vec<Link>> = HashMap::default();
         let sides = self
             .stars
             .values()
@@ -346,7 +348,7 @@ impl Overlay {
         let most = tiles.hull_edges().saturating_add(4);
         let mut seen = vec![first];
         // Tiles that contradict each other might lead round and round.
-        let mut met = HashSet::from([first.ends()]);
+        let mut met = HashSet::from_iter([first.ends()]);
         for forward in [false, true] {
             let mut rim = first;
             for _ in 0..most {

@@ -12,7 +12,7 @@ use super::obstacles::ObstacleEdge;
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::query::QueryError;
 use crate::query::ground::{Ground, Wedge};
-use crate::query::place::{Place, Spot};
+use crate::query::place::{Place, Spot, nearest_on};
 use crate::query::star::next;
 use crate::query::tiles::Tiles;
 use crate::query::wave::distance;
@@ -39,16 +39,8 @@ impl Center {
 }
 
 /// The distance of a point from a segment, rounded.
-pub(super) fn distance_of_segment([a, b]: [Point; 2], p: Point) -> f64 {
-    let (dx, dy) = (b.x - a.x, b.y - a.y);
-    let along = ((p.x - a.x) * dx + (p.y - a.y) * dy) / (dx * dx + dy * dy);
-    if along <= 0.0 {
-        distance(a, p)
-    } else if along >= 1.0 {
-        distance(b, p)
-    } else {
-        distance(Point::new(a.x + along * dx, a.y + along * dy), p)
-    }
+pub(super) fn distance_of_segment(ends: [Point; 2], p: Point) -> f64 {
+    distance(nearest_on(ends, p), p)
 }
 
 /// Whether two closed segments have a point in common. Exact.

@@ -31,6 +31,7 @@ mod reached;
 mod roots;
 mod spread;
 mod start;
+mod waiting;
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
@@ -50,6 +51,7 @@ use queue::{Item, Kind, NOWHERE, Queue, Via, seam_between};
 use reached::Reached;
 pub(super) use roots::Mix;
 use roots::{NO_ROOT, Root, SeenVertices, TIE};
+use waiting::{MANY, Waiting};
 
 /// Triangles that one step passes through at most, more or less.
 const PAUSE: u32 = 1 << 12;
@@ -131,6 +133,11 @@ pub(super) struct Wave {
     /// Nothing farther away is wanted.
     limit: f64,
     queue: Queue,
+    waiting: Waiting,
+    /// Whether cones that wait next to each other are joined.
+    joins: bool,
+    /// Triangles that it went through before this step.
+    passed: u64,
     roots: Vec<Root>,
     seen: SeenVertices,
     /// What it knows of the tile that it is in, and of those where it was.
@@ -163,6 +170,9 @@ impl Wave {
             towards,
             limit,
             queue: Queue::new(),
+            waiting: Waiting::new(),
+            joins: towards.is_none(),
+            passed: 0,
             roots: Vec::with_capacity(8),
             seen: SeenVertices::default(),
             here: Reached::default(),
@@ -170,7 +180,7 @@ impl Wave {
             elsewhere: HashMap::default(),
             ready: BinaryHeap::new(),
             told: vec![false; goals],
-            pause: 0,
+            pause: PAUSE,
             parts: None,
             beside: None,
         });
@@ -232,6 +242,8 @@ impl Wave {
 
     /// Goes on in a tile, or says which it needs; an error says how the tile contradicts itself or others.
     pub(super) fn step(&mut self, tile: &Tile) -> Result<Step, String> {
+        self.passed += u64::from(PAUSE - self.pause);
+        self.joins |= self.passed >= MANY;
         self.pause = PAUSE;
         let ground = Ground {
             tile,
@@ -255,6 +267,10 @@ impl Wave {
             let Some(item) = self.queue.peek() else {
                 return Ok(Step::Done);
             };
+            if item.kind == Kind::Nothing {
+                self.queue.pop();
+                continue;
+            }
             if item.tile != NOWHERE && item.tile != tile.id() {
                 return Ok(Step::Need(item.tile));
             }
@@ -269,6 +285,7 @@ impl Wave {
                 Kind::Start => self.start_in(ground, &item)?,
                 Kind::StartVertex => self.start_at(ground, item.index)?,
                 Kind::Hull | Kind::HullBack => self.start_along_hull(ground, &item)?,
+                Kind::Nothing => {}
             }
         }
     }

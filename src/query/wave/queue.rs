@@ -31,6 +31,8 @@ pub(super) enum Kind {
     HullBack,
     /// Goal `index` is reached from `root`.
     Goal,
+    /// Nothing: it was done, or became part of another one.
+    Nothing,
 }
 
 /// A thing to do in a tile.
@@ -43,7 +45,8 @@ pub(super) struct Item {
     pub(super) root: u32,
     pub(super) right: Point,
     pub(super) left: Point,
-    /// Of a cone that comes from another tile: [`seam_between`] the ends of the side, as they are there.
+    /// Of a cone that comes from another tile: [`seam_between`] the ends of the side, as they are there. Of others that may be joined: the
+    /// bits of its length in the queue.
     pub(super) seam: u64,
 }
 
@@ -166,7 +169,8 @@ impl Queue {
         }
     }
 
-    pub(super) fn push(&mut self, length: f64, item: Item) {
+    /// Returns the item's place while it is in the queue.
+    pub(super) fn push(&mut self, length: f64, item: Item) -> u32 {
         let place = match self.unused.pop() {
             Some(place) => {
                 self.items[place as usize] = item;
@@ -179,6 +183,17 @@ impl Queue {
         };
         let length = length.max(0.0).to_bits();
         self.heap.push(Entry { length, place });
+        place
+    }
+
+    /// How many items there are.
+    pub(super) fn len(&self) -> usize {
+        self.heap.0.len()
+    }
+
+    /// An item by its place, or another one if it is not in the queue any more.
+    pub(super) fn at(&mut self, place: u32) -> Option<&mut Item> {
+        self.items.get_mut(place as usize)
     }
 
     /// The least length, if there is anything to do.
@@ -199,6 +214,8 @@ impl Queue {
     pub(super) fn pop(&mut self) -> Option<Item> {
         let entry = self.heap.pop()?;
         self.unused.push(entry.place);
-        Some(self.items[entry.place as usize])
+        let item = self.items[entry.place as usize];
+        self.items[entry.place as usize].kind = Kind::Nothing;
+        Some(item)
     }
 }

@@ -1,5 +1,6 @@
 //! How the wave spreads: through triangles, and round vertices.
 
+use super::waiting::Ahead;
 use super::*;
 
 /// Triangles that a cone passes at most without a look at how long its ways are now, where it leaves each by one side only. To look takes
@@ -15,13 +16,6 @@ struct Door {
     side: u32,
     right: (u32, Point),
     left: (u32, Point),
-}
-
-/// What a way through a side has at least, and the side there, of a triangle of the tile.
-#[derive(Clone, Copy)]
-struct Ahead {
-    length: f64,
-    side: u32,
 }
 
 /// How far a cone went on.
@@ -133,9 +127,12 @@ impl Wave {
                     }
                 }
             };
-            let Some((ahead, door, narrow)) = best else {
+            let Some((mut ahead, door, mut narrow)) = best else {
                 return Ok(());
             };
+            if self.joins {
+                self.join(ground.tile.id(), root, &mut ahead, &mut narrow);
+            }
             if self.pause == 0 || self.queue.front().is_some_and(|front| front < ahead.length) {
                 self.put_off(ground, root, ahead, &narrow);
                 return Ok(());
@@ -143,24 +140,6 @@ impl Wave {
             (side, cone, stride.length) = (ahead.side, narrow, ahead.length);
             (right, left) = (door.right, door.left);
         }
-    }
-
-    fn put_off(&mut self, ground: Ground<'_>, root: u32, ahead: Ahead, cone: &Cone) {
-        let nowhere = VertexId {
-            tile: NOWHERE,
-            index: 0,
-        };
-        let item = Item {
-            kind: Kind::Cone,
-            tile: ground.tile.id(),
-            index: ahead.side,
-            other: nowhere,
-            root,
-            right: cone.right,
-            left: cone.left,
-            seam: 0,
-        };
-        self.push(ahead.length, item);
     }
 
     /// Looks over the only side by which a cone leaves a triangle, but not each time.
@@ -174,6 +153,7 @@ impl Wave {
         stride: &mut Stride,
     ) -> Result<Option<Ahead>, String> {
         if stride.trust > 0
+            && !self.joins
             && let Passage::Side(side) = passages.beyond(door.side)
         {
             stride.trust -= 1;
