@@ -317,6 +317,20 @@ fn matrices() {
         picture.contains("Shortest paths from 3 to 2 points") && picture.contains("2 found"),
         "{picture}"
     );
+    town.write("many.csv", "1,1\n".repeat(101));
+    let complaint = town.run(
+        1,
+        &[
+            "query",
+            "matrix",
+            "town.tiles",
+            "--batch",
+            "many.csv",
+            "--plot",
+            "m.svg",
+        ],
+    );
+    assert!(complaint.contains("10 201"), "{complaint}");
     for args in [&[][..], &["--from-file", "a.csv"], &["--batch", "gone.csv"]] {
         town.run(1, &[&["query", "matrix", "town.tiles"], args].concat());
     }

@@ -23,6 +23,9 @@ use super::report;
 use crate::common::{self, cell, thousands};
 use crate::plot::{self, Overlay, PlotFile};
 
+/// So many paths fit in a picture, and in memory.
+const DRAWN: u64 = 10_000;
+
 /// Distances between all of some points and all of others, or all sites.
 ///
 /// Pairs come in the order of the shorter list, and for each of its points in the order of the other; points are numbered from 0.
@@ -49,7 +52,7 @@ pub struct MatrixArgs {
     /// To all sites of the file
     #[arg(long, conflicts_with = "to_file")]
     sites: bool,
-    /// Draw what is in the way, and a path for each pair
+    /// Draw what is in the way, and a path for each pair, if there are 10,000 at most
     #[arg(long, value_name = "MAP.svg|MAP.png", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
     plot: Option<PlotFile>,
     #[command(flatten)]
@@ -122,6 +125,13 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
             },
             None => bail!("no points to which are given; give --to-file B.csv or --sites"),
         };
+        let pairs = from.points.len() as u64 * to.points.len() as u64;
+        ensure!(
+            args.plot.is_none() || pairs <= DRAWN,
+            "--plot draws {} paths at most, and these are {}; take fewer points",
+            thousands(DRAWN),
+            thousands(pairs)
+        );
         let format = args.format.format();
         let mut options = args.reading.limits();
         if args.plot.is_some() || format == Format::GeoJson {
