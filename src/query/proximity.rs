@@ -182,6 +182,10 @@ impl Run {
     /// Makes ready for the step after one that found nothing.
     pub(super) async fn go_on(&mut self, step: Step) -> Result<(), QueryError> {
         if let Step::Need(id) = step {
+            if let Some(width) = self.tiles.width_of_lost(id) {
+                // The front of the wave goes through more tiles than the cache holds.
+                self.wave.lead(width);
+            }
             self.tiles.ask_ahead(id, || self.wave.ahead(id));
             self.tile = self.tiles.get(id).await?;
             return Ok(());

@@ -28,6 +28,8 @@ pub(super) struct Tiles {
     held: Vec<Arc<Tile>>,
     /// All that were asked for, ahead or not.
     read: HashSet<TileId, BuildHasherDefault<Mix>>,
+    /// Those that were here.
+    had: HashSet<TileId, BuildHasherDefault<Mix>>,
     max_tiles: u64,
     deadline: Option<Instant>,
     /// What is asked for ahead, if anything was; it ends with the query.
@@ -40,6 +42,7 @@ impl Tiles {
             reader: reader.clone(),
             held: Vec::with_capacity(HELD),
             read: HashSet::default(),
+            had: HashSet::default(),
             max_tiles: options.max_tiles.unwrap_or(u64::MAX),
             deadline: options.max_time.and_then(|time| Instant::now().checked_add(time)),
             ahead: None,
@@ -86,8 +89,20 @@ impl Tiles {
         self.held.truncate(HELD - 1);
         let tile = self.reader.tile(id).await?;
         self.read.insert(id);
+        self.had.insert(id);
         self.held.insert(0, Arc::clone(&tile));
         Ok(tile)
+    }
+
+    /// How wide a tile is that was here and is not any more, so that it has to be read again.
+    pub(super) fn width_of_lost(&self, id: TileId) -> Option<f64> {
+        let is_here = self.held.iter().any(|tile| tile.id() == id);
+        if is_here || !self.had.contains(&id) || self.reader.is_cached(id) {
+            return None;
+        }
+        let entry = self.reader.directory().tiles.get(id.0 as usize)?;
+        let (width, height) = entry.bounds.size();
+        Some(width.max(height))
     }
 
     /// Before a tile is waited for: asks for the likeliest of those that come after it, if they fit in the cache, so that they are read

@@ -17,6 +17,33 @@ async fn nearest(reader: &TileReader, from: Point, options: QueryOptions) -> Vec
         .unwrap()
 }
 
+/// Where the front of a wave goes through more tiles than the cache holds, each tile is read a few times, and not once for each thing in it.
+#[test]
+fn a_front_that_the_cache_does_not_hold() {
+    let mut random = Random(8);
+    let mut scene = Scene::town_with_sites(6, 120, &mut random);
+    scene
+        .points
+        .extend((0..3000).map(|_| Point::new(32.0 * random.unit(), 32.0 * random.unit())));
+    runtime().block_on(async {
+        let (scratch, reader) = scene.build(60).await;
+        let tiles = reader.directory().tiles.len() as u64;
+        assert!(tiles > 60, "{tiles}");
+        let from = Point::new(5.25, 15.25);
+        let all = |reader: TileReader| async move {
+            let sites = reader.nearest_sites(from, QueryOptions::default());
+            let found: Vec<_> = sites.try_collect().await.unwrap();
+            let told = found.into_iter().map(|site| (site.number, site.distance.value));
+            (told.collect::<Vec<_>>(), reader.cache().statistics().misses)
+        };
+        let (expected, once) = all(open(&scratch, 1 << 26).await).await;
+        assert!(once <= tiles && expected.len() > 100);
+        let (found, several) = all(open(&scratch, 0).await).await;
+        assert_eq!(found, expected);
+        assert!(several < 25 * tiles, "{several} for {tiles}");
+    });
+}
+
 #[test]
 fn the_same_answers_and_few_tiles_more() {
     let mut random = Random(3);

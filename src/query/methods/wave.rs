@@ -1,8 +1,6 @@
 //! The wave, measured as the others are.
 
-use std::sync::Arc;
-
-use foldhash::{HashMap, HashMapExt, HashSet, HashSetExt};
+use foldhash::{HashSet, HashSetExt};
 
 use super::obstacles::edges_at;
 use super::statistics::{Clock, Statistics};
@@ -14,7 +12,7 @@ use crate::query::proximity::{Distance, PathOutcome, Run, SiteFound};
 use crate::query::tiles::Tiles;
 use crate::query::wave::{Goal, Places, What};
 use crate::query::{QueryError, QueryOptions};
-use crate::store::{Tile, TileId, TileReader};
+use crate::store::{TileReader, VertexId};
 
 /// What a run has cost.
 async fn cost(reader: &TileReader, run: &Run, clock: Clock, candidates: usize) -> Result<Statistics, QueryError> {
@@ -26,25 +24,22 @@ async fn cost(reader: &TileReader, run: &Run, clock: Clock, candidates: usize) -
         times: clock.times,
         ..Statistics::default()
     };
-    // Looked up behind the clock's back: the wave itself has no use for it.
-    let mut tiles: HashMap<TileId, Arc<Tile>> = HashMap::new();
+    // Looked up behind the clock's back, tile by tile: the wave itself has no use for it.
+    let mut reached: Vec<VertexId> = run.wave.reached().collect();
+    reached.sort_unstable();
     let mut edges = HashSet::new();
-    for vertex in run.wave.reached() {
-        let tile = match tiles.get(&vertex.tile) {
-            Some(tile) => tile,
-            None => {
-                let tile = reader.tile(vertex.tile).await?;
-                tiles.entry(vertex.tile).or_insert(tile)
-            }
-        };
+    for of_tile in reached.chunk_by(|a, b| a.tile == b.tile) {
+        let tile = reader.tile(of_tile[0].tile).await?;
         let ground = Ground {
-            tile,
+            tile: &tile,
             outside_is_free: run.tiles.outside_is_free(),
         };
-        let found = edges_at(ground, vertex.index, |edge| {
-            edges.insert(edge.key());
-        });
-        found.map_err(|reason| run.tiles.damaged(vertex.tile, reason))?;
+        for vertex in of_tile {
+            let found = edges_at(ground, vertex.index, |edge| {
+                edges.insert(edge.key());
+            });
+            found.map_err(|reason| run.tiles.damaged(vertex.tile, reason))?;
+        }
     }
     statistics.edges_considered = edges.len() as u64;
     Ok(statistics)

@@ -34,7 +34,7 @@ mod start;
 mod waiting;
 
 use std::cmp::Reverse;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::{BinaryHeap, HashMap, HashSet};
 use std::hash::BuildHasherDefault;
 
 use super::ground::{Ground, SINGLE, SITE, TURNING, Wedge};
@@ -47,7 +47,7 @@ pub(super) use cone::distance;
 use cone::{Cone, minus};
 pub(super) use goal::{Goal, Places};
 pub(super) use parts::{Part, Shape, Side};
-use queue::{Item, Kind, NOWHERE, Queue, Via, seam_between};
+use queue::{Item, Kind, NOWHERE, Next, Queue, Via, seam_between};
 use reached::Reached;
 pub(super) use roots::Mix;
 use roots::{NO_ROOT, Root, SeenVertices, TIE};
@@ -145,8 +145,8 @@ pub(super) struct Wave {
     here_is: TileId,
     elsewhere: HashMap<TileId, Reached, BuildHasherDefault<Mix>>,
     ready: BinaryHeap<Reverse<Ready>>,
-    /// Goals that were told.
-    told: Vec<bool>,
+    /// The numbers of what was told.
+    told: HashSet<u64, BuildHasherDefault<Mix>>,
     /// Triangles that this step may still pass.
     pause: u32,
     /// What was seen, if someone asks for it.
@@ -158,9 +158,9 @@ pub(super) struct Wave {
 impl Wave {
     /// A wave from a free place to all that is not farther away than `limit`.
     pub(super) fn new(source: &Place, goal: Goal, limit: f64, outside_is_free: bool) -> Box<Self> {
-        let (towards, goals) = match &goal {
-            Goal::Places(places) => (places.single(), places.points().len()),
-            Goal::Sites | Goal::Vertices => (None, 0),
+        let towards = match &goal {
+            Goal::Places(places) => places.single(),
+            Goal::Sites | Goal::Vertices => None,
         };
         // It is large, and moved with the futures that drive it.
         let mut this = Box::new(Self {
@@ -179,7 +179,7 @@ impl Wave {
             here_is: NOWHERE,
             elsewhere: HashMap::default(),
             ready: BinaryHeap::new(),
-            told: vec![false; goals],
+            told: HashSet::default(),
             pause: PAUSE,
             parts: None,
             beside: None,
@@ -191,8 +191,7 @@ impl Wave {
     /// A length that all ways to what was not told yet have at least.
     pub(super) fn front(&self) -> f64 {
         let ready = self.ready.peek().map(|ready| f64::from_bits(ready.0.length));
-        let front = self.queue.front().into_iter().chain(ready);
-        front.fold(f64::INFINITY, f64::min)
+        ready.map_or(self.queue.front(), |ready| ready.min(self.queue.front()))
     }
 
     /// How many points it spread from: no way has more legs than that and one.
@@ -223,13 +222,14 @@ impl Wave {
         reached.map(|(&vertex, _)| vertex)
     }
 
+    /// Lets it stay in a tile for longer, up to where that is ahead of others by so much: it has come to a tile again that was read before.
+    pub(super) fn lead(&mut self, most: f64) {
+        self.queue.lead(most);
+    }
+
     /// The tiles that it will most likely need after this one, the likeliest first.
     pub(super) fn ahead(&self, after: TileId) -> Vec<TileId> {
-        let top = self.queue.top();
-        let mut items: Vec<(f64, TileId)> = top
-            .map(|(length, item)| (length, item.tile))
-            .filter(|&(_, tile)| tile != NOWHERE && tile != after)
-            .collect();
+        let mut items: Vec<(f64, TileId)> = self.queue.top().filter(|&(_, tile)| tile != after).collect();
         items.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut tiles: Vec<TileId> = Vec::new();
         for (_, tile) in items {
@@ -252,32 +252,24 @@ impl Wave {
         self.come_to(ground);
         loop {
             let front = self.queue.front();
-            let is_next = |ready: &Reverse<Ready>| front.is_none_or(|front| f64::from_bits(ready.0.length) < front);
+            let is_next = |ready: &Reverse<Ready>| f64::from_bits(ready.0.length) < front;
             if self.ready.peek().is_some_and(is_next)
                 && let Some(Reverse(ready)) = self.ready.pop()
             {
-                if let What::Place(goal) = ready.found.what {
-                    if self.told[goal as usize] {
-                        continue;
-                    }
-                    self.told[goal as usize] = true;
+                // A way that was found before may be longer.
+                if self.told.insert(ready.number) {
+                    return Ok(Step::Found(ready.found));
                 }
-                return Ok(Step::Found(ready.found));
-            }
-            let Some(item) = self.queue.peek() else {
-                return Ok(Step::Done);
-            };
-            if item.kind == Kind::Nothing {
-                self.queue.pop();
                 continue;
-            }
-            if item.tile != NOWHERE && item.tile != tile.id() {
-                return Ok(Step::Need(item.tile));
             }
             if self.pause == 0 {
                 return Ok(Step::Pause);
             }
-            let Some(item) = self.queue.pop() else { continue };
+            let item = match self.queue.next() {
+                Next::Item(item) => item,
+                Next::In(tile) => return Ok(Step::Need(tile)),
+                Next::Nothing => return Ok(Step::Done),
+            };
             match item.kind {
                 Kind::Cone => self.enter(ground, &item)?,
                 Kind::Vertex => self.reach(ground, &item)?,
@@ -300,6 +292,7 @@ impl Wave {
             Goal::Places(places) => Reached::new(ground, places.triangles_in(id)),
             Goal::Sites | Goal::Vertices => Reached::new(ground, std::iter::empty()),
         });
+        self.queue.come_to(id);
         let there = std::mem::replace(&mut self.here, here);
         let was = std::mem::replace(&mut self.here_is, id);
         if was != NOWHERE {
@@ -314,6 +307,9 @@ impl Wave {
     }
 
     fn tell(&mut self, what: What, number: u64, length: f64, root: u32) {
+        if self.told.contains(&number) {
+            return;
+        }
         self.ready.push(Reverse(Ready {
             length: length.to_bits(),
             number,
@@ -322,9 +318,7 @@ impl Wave {
     }
 
     fn tell_place(&mut self, goal: u32, length: f64, root: u32) {
-        if !self.told[goal as usize] {
-            self.tell(What::Place(goal), goal.into(), length, root);
-        }
+        self.tell(What::Place(goal), goal.into(), length, root);
     }
 
     /// A place is seen from a root.

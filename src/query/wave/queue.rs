@@ -1,11 +1,13 @@
 //! What the wave has still to do, nearest first.
 
-use std::hash::BuildHasher;
+use std::collections::HashMap;
+use std::hash::{BuildHasher, BuildHasherDefault};
 
+use super::roots::Mix;
 use crate::geometry::Point;
 use crate::store::{TileId, VertexId};
 
-/// Items that are looked at for what comes soon: three levels of the heap.
+/// Tiles that are looked at for what comes soon: three levels of the heap.
 const TOP: usize = 21;
 /// Items for which there is room from the start.
 const ROOM: usize = 32;
@@ -93,12 +95,35 @@ impl Via {
     }
 }
 
-/// Items by what they promise: no way that goes on from one is shorter. Of equal ones any may be first.
+/// Items by what they promise, those of each tile by themselves: no way that goes on from one is shorter. Of equal ones any may be first.
+///
+/// They are done in order, but those of the tile at hand may be done before others that are nearer, by no more than `lead`. That is right as
+/// well, for what is found waits until nothing nearer can be found; and it saves coming back to the tile for each item, where the wave's
+/// front goes through more tiles than the cache holds.
 #[derive(Debug)]
 pub(super) struct Queue {
-    heap: Heap,
+    /// What there is to do in the tile at hand.
+    here: Heap,
+    here_is: TileId,
+    /// What there is to do in others, and these by the first thing of each. What is not the first one any more may stand there still, but
+    /// not on top.
+    elsewhere: HashMap<TileId, Heap, BuildHasherDefault<Mix>>,
+    tiles: Heap,
+    /// What needs no tile.
+    anywhere: Heap,
     items: Vec<Item>,
     unused: Vec<u32>,
+    /// By how much the tile at hand may be ahead.
+    lead: f64,
+}
+
+/// What comes next.
+pub(super) enum Next {
+    /// This, which is not in the queue any more.
+    Item(Item),
+    /// Something in this tile.
+    In(TileId),
+    Nothing,
 }
 
 /// A place in `items`, with the bits of a length that is not negative, which are ordered as it is.
@@ -113,8 +138,12 @@ struct Entry {
 struct Heap(Vec<Entry>);
 
 impl Heap {
-    fn peek(&self) -> Option<&Entry> {
-        self.0.first()
+    /// The least length; infinite if there is none.
+    #[inline]
+    fn front(&self) -> f64 {
+        self.0
+            .first()
+            .map_or(f64::INFINITY, |entry| f64::from_bits(entry.length))
     }
 
     fn push(&mut self, entry: Entry) {
@@ -163,9 +192,56 @@ impl Heap {
 impl Queue {
     pub(super) fn new() -> Self {
         Self {
-            heap: Heap(Vec::with_capacity(ROOM)),
+            here: Heap(Vec::with_capacity(ROOM)),
+            here_is: NOWHERE,
+            elsewhere: HashMap::default(),
+            tiles: Heap(Vec::new()),
+            anywhere: Heap(Vec::new()),
             items: Vec::with_capacity(ROOM),
             unused: Vec::with_capacity(ROOM),
+            lead: 0.0,
+        }
+    }
+
+    /// Lets the tile at hand be further ahead, but not by more than `most`.
+    pub(super) fn lead(&mut self, most: f64) {
+        self.lead = (2.0 * self.lead).max(most / 64.0).min(most);
+    }
+
+    /// Turns to a tile.
+    pub(super) fn come_to(&mut self, tile: TileId) {
+        if self.here_is == tile {
+            return;
+        }
+        let here = self.elsewhere.remove(&tile).unwrap_or(Heap(Vec::new()));
+        let there = std::mem::replace(&mut self.here, here);
+        let was = std::mem::replace(&mut self.here_is, tile);
+        if let Some(&Entry { length, .. }) = there.0.first() {
+            self.tiles.push(Entry { length, place: was.0 });
+            self.elsewhere.insert(was, there);
+        }
+        self.settle();
+    }
+
+    /// Takes away what is on top of the tiles without being the first thing of one that there is still.
+    fn settle(&mut self) {
+        while let Some(&Entry { length, place }) = self.tiles.0.first() {
+            let tile = TileId(place);
+            if let Some(there) = self.elsewhere.get_mut(&tile)
+                && let Some(&first) = there.0.first()
+                && first.length == length
+            {
+                if self.items[first.place as usize].kind != Kind::Nothing {
+                    return;
+                }
+                there.pop();
+                self.unused.push(first.place);
+                match there.0.first() {
+                    Some(&Entry { length, .. }) => self.tiles.push(Entry { length, place }),
+                    None => drop(self.elsewhere.remove(&tile)),
+                }
+            }
+            self.tiles.pop();
         }
     }
 
@@ -182,13 +258,25 @@ impl Queue {
             }
         };
         let length = length.max(0.0).to_bits();
-        self.heap.push(Entry { length, place });
+        let entry = Entry { length, place };
+        if item.tile == NOWHERE {
+            self.anywhere.push(entry);
+        } else if item.tile == self.here_is {
+            self.here.push(entry);
+        } else {
+            let there = self.elsewhere.entry(item.tile).or_insert(Heap(Vec::new()));
+            if there.0.first().is_none_or(|front| length < front.length) {
+                let place = item.tile.0;
+                self.tiles.push(Entry { length, place });
+            }
+            there.push(entry);
+        }
         place
     }
 
-    /// How many items there are.
+    /// How many items there may be.
     pub(super) fn len(&self) -> usize {
-        self.heap.0.len()
+        self.items.len() - self.unused.len()
     }
 
     /// An item by its place, or another one if it is not in the queue any more.
@@ -196,26 +284,62 @@ impl Queue {
         self.items.get_mut(place as usize)
     }
 
-    /// The least length, if there is anything to do.
-    pub(super) fn front(&self) -> Option<f64> {
-        self.heap.peek().map(|entry| f64::from_bits(entry.length))
+    /// The least length of all; infinite if there is nothing to do.
+    #[inline]
+    pub(super) fn front(&self) -> f64 {
+        self.here.front().min(self.outer())
     }
 
-    pub(super) fn peek(&self) -> Option<&Item> {
-        self.heap.peek().map(|entry| &self.items[entry.place as usize])
+    /// The least length out of the tile at hand.
+    #[inline]
+    fn outer(&self) -> f64 {
+        self.tiles.front().min(self.anywhere.front())
     }
 
-    /// Some of the nearest items, in no order, with their lengths: the top of the heap.
-    pub(super) fn top(&self) -> impl Iterator<Item = (f64, &Item)> {
-        let entries = self.heap.0.iter().take(TOP);
-        entries.map(|entry| (f64::from_bits(entry.length), &self.items[entry.place as usize]))
+    /// Whether something of such a length in the tile at hand would come next.
+    #[inline]
+    pub(super) fn would_be_next(&self, length: f64) -> bool {
+        length <= self.here.front() && length <= self.outer() + self.lead
     }
 
-    pub(super) fn pop(&mut self) -> Option<Item> {
-        let entry = self.heap.pop()?;
-        self.unused.push(entry.place);
-        let item = self.items[entry.place as usize];
-        self.items[entry.place as usize].kind = Kind::Nothing;
-        Some(item)
+    /// The tiles where something is to be done soon, in no order, each with the length of it: the top of the heap.
+    pub(super) fn top(&self) -> impl Iterator<Item = (f64, TileId)> {
+        let is_first = |entry: &&Entry| {
+            let there = self.elsewhere.get(&TileId(entry.place));
+            there.is_some_and(|heap| heap.0.first().is_some_and(|first| first.length == entry.length))
+        };
+        let entries = self.tiles.0.iter().take(TOP).filter(is_first);
+        entries.map(|entry| (f64::from_bits(entry.length), TileId(entry.place)))
+    }
+
+    /// What is to be done next; an item of the tile at hand, or one that needs none, is taken.
+    pub(super) fn next(&mut self) -> Next {
+        loop {
+            let (here, anywhere, tiles) = (self.here.front(), self.anywhere.front(), self.tiles.front());
+            let outer = anywhere.min(tiles);
+            let from = if here < f64::INFINITY && here <= outer + self.lead {
+                &mut self.here
+            } else if anywhere <= tiles {
+                &mut self.anywhere
+            } else {
+                self.settle();
+                match self.tiles.0.first() {
+                    Some(top) if f64::from_bits(top.length) > tiles => continue,
+                    Some(top) => return Next::In(TileId(top.place)),
+                    None if tiles < f64::INFINITY => continue,
+                    None => return Next::Nothing,
+                }
+            };
+            let Some(entry) = from.pop() else {
+                return Next::Nothing;
+            };
+            self.unused.push(entry.place);
+            let there = &mut self.items[entry.place as usize];
+            let item = *there;
+            there.kind = Kind::Nothing;
+            if item.kind != Kind::Nothing {
+                return Next::Item(item);
+            }
+        }
     }
 }

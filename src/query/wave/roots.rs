@@ -31,8 +31,8 @@ pub(super) struct Root {
 pub(super) struct Seen {
     /// Its marks, once its tile was there.
     pub(super) marks: Option<u8>,
-    /// Whether it was told of, if it is to be.
-    pub(super) is_told: bool,
+    /// The way over which it was told of, if it is to be.
+    pub(super) told: f64,
     /// Its root, or [`NO_ROOT`].
     pub(super) root: u32,
     /// The way to its root, or that over which it waits in the queue, if it has one free sector only: longer ones are not needed.
@@ -43,7 +43,7 @@ impl Default for Seen {
     fn default() -> Self {
         Self {
             marks: None,
-            is_told: false,
+            told: f64::INFINITY,
             root: NO_ROOT,
             limit: f64::INFINITY,
         }

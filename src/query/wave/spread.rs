@@ -133,7 +133,7 @@ impl Wave {
             if self.joins {
                 self.join(ground.tile.id(), root, &mut ahead, &mut narrow);
             }
-            if self.pause == 0 || self.queue.front().is_some_and(|front| front < ahead.length) {
+            if self.pause == 0 || !self.queue.would_be_next(ahead.length) {
                 self.put_off(ground, root, ahead, &narrow);
                 return Ok(());
             }
@@ -308,7 +308,8 @@ impl Wave {
         if length > seen.limit * TIE {
             return Ok(());
         }
-        if !std::mem::replace(&mut seen.is_told, true) {
+        if length < seen.told {
+            seen.told = length;
             self.tell_vertex(ground, vertex, length, item.root);
         }
         if marks & TURNING == 0 {
@@ -327,7 +328,8 @@ impl Wave {
         }
         let seen = self.seen.entry(id).or_default();
         let mut root = seen.root;
-        if root == NO_ROOT {
+        // Whatever came from a longer way is superseded.
+        if root == NO_ROOT || length < self.roots[root as usize].length {
             root = self.roots.len() as u32;
             (seen.root, seen.limit) = (root, length);
             self.roots.push(Root {
