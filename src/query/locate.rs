@@ -9,9 +9,9 @@ use super::star::{next, previous, side_towards};
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::store::{Across, ReadError, Tile, TileId, TileReader, Vertex, VertexId};
 
-/// So many times the cube root of their number of the vertices of a tile are looked at for where to start: the walk takes about as long
-/// as that then.
-const SAMPLE: f64 = 1.5;
+/// So many times the power of two below the cube root of their number of the vertices of a tile are looked at for where to start: the walk
+/// takes about as long as that then.
+const SAMPLE: usize = 2;
 
 /// A triangle, by a tile that holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -144,9 +144,7 @@ impl Locate {
             dx * dx + dy * dy
         };
         // The nearest of a few; their vertices are in Morton order, so these are spread evenly.
-        let count = f64::from(tile.vertex_count());
-        let apart = (count / (SAMPLE * count.cbrt())).max(1.0) as usize;
-        let sample = (0..tile.vertex_count()).step_by(apart);
+        let sample = (0..tile.vertex_count()).step_by(apart(tile.vertex_count()));
         let nearest = sample.min_by(|&p, &q| square(tile.point(p)).total_cmp(&square(tile.point(q))));
         if let Some(side) = nearest.and_then(|vertex| tile.side_leaving(vertex)) {
             return Start::From(side);
@@ -155,6 +153,12 @@ impl Locate {
         let here = tile.points().zip(0..).find(|(point, _)| *point == self.target);
         Start::There(here.map_or(Location::Outside, |(_, vertex)| Location::OnVertex(tile.vertex(vertex))))
     }
+}
+
+/// How far apart the vertices lie that are looked at, of so many.
+fn apart(count: u32) -> usize {
+    let root = 1 << (count.max(1).ilog2() / 3);
+    (count as usize / (SAMPLE * root)).max(1)
 }
 
 fn outside(exit: [VertexId; 2]) -> Step {

@@ -20,9 +20,9 @@ use std::sync::atomic::Ordering;
 use super::ground::{Beyond, Ground};
 use super::star::next;
 use crate::geometry::{Orientation, orient2d};
-use crate::store::{Noted, NotedSides};
+use crate::store::{Noted, NotedSide, NotedSides};
 
-/// What lies beyond a side, if it is no side: from here on, and [`Noted::NONE`].
+/// What lies beyond a side, if it is no side: from here on, and [`NotedSide::NONE`].
 const NO_SIDE: u32 = u32::MAX - 4;
 const BLOCKED: u32 = NO_SIDE;
 const ELSEWHERE: u32 = NO_SIDE + 1;
@@ -79,8 +79,8 @@ impl<'t> Passages<'t> {
     /// What lies beyond a side.
     #[inline]
     pub(super) fn beyond(self, side: u32) -> Passage {
-        let noted = match self.noted.beyond.get(side) {
-            Noted::NONE => self.note(side),
+        let noted = match self.noted.of_sides[side as usize].get(Noted::Beyond) {
+            NotedSide::NONE => self.note(side),
             noted => noted,
         };
         match noted {
@@ -88,19 +88,23 @@ impl<'t> Passages<'t> {
             ELSEWHERE => Passage::Elsewhere,
             OUTSIDE => Passage::Outside,
             AT_ODDS => Passage::AtOdds,
-            // Where there are so many sides, none is marked.
-            side if side & DEAD_END != 0 && self.noted.beyond.len() <= DEAD_END as usize => {
-                Passage::DeadEnd(side & !DEAD_END)
-            }
+            side if side & DEAD_END != 0 && self.may_mark() => Passage::DeadEnd(side & !DEAD_END),
             side => Passage::Side(side),
         }
+    }
+
+    /// Whether dead ends are marked: not where there are so many sides that the mark would be one's number.
+    #[inline]
+    fn may_mark(self) -> bool {
+        self.noted.of_sides.len() <= DEAD_END as usize
     }
 
     /// The corner that a side starts at.
     #[inline]
     pub(super) fn corner(self, side: u32) -> u32 {
-        match self.noted.corners.get(side) {
-            Noted::NONE => self.noted.corners.note(side, self.ground.tile.origin(side)),
+        let noted = &self.noted.of_sides[side as usize];
+        match noted.get(Noted::Corner) {
+            NotedSide::NONE => noted.note(Noted::Corner, self.ground.tile.origin(side)),
             corner => corner,
         }
     }
@@ -115,7 +119,7 @@ impl<'t> Passages<'t> {
             Beyond::Outside => OUTSIDE,
             Beyond::Blocked => BLOCKED,
         };
-        self.noted.beyond.note(side, beyond)
+        self.noted.of_sides[side as usize].note(Noted::Beyond, beyond)
     }
 
     /// Whether two sides have the same ends, and the triangle of the other one lies on its left.
@@ -144,7 +148,7 @@ impl<'t> Passages<'t> {
     /// Marks dead ends. Only one search may do so.
     fn find_dead_ends(self) {
         // Where nothing is blocked, nothing is a dead end.
-        if self.ground.may_block() && self.noted.beyond.len() <= DEAD_END as usize {
+        if self.ground.may_block() && self.may_mark() {
             self.mark_dead_ends();
         }
         self.noted.knows_dead_ends.store(true, Ordering::Release);
@@ -203,7 +207,7 @@ impl<'t> Passages<'t> {
             if !matches!(self.beyond(out), Passage::Side(_) | Passage::DeadEnd(_)) {
                 continue;
             }
-            self.noted.beyond.set_bits(out, DEAD_END);
+            self.noted.of_sides[out as usize].set_bits(Noted::Beyond, DEAD_END);
             if let Some(left) = left.get_mut(out as usize / 3).filter(|left| **left < u8::MAX) {
                 *left = left.saturating_sub(1);
                 if *left == 1 {

@@ -1,6 +1,6 @@
 //! Tiles for one query: the few that it needs at once, and how many it may read, for how long.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 use std::sync::Arc;
 use std::time::Instant;
@@ -25,11 +25,9 @@ const AHEAD: usize = 2;
 pub(super) struct Tiles {
     reader: TileReader,
     /// The last ones, the very last first.
-    held: Vec<Arc<Tile>>,
-    /// All that were asked for, ahead or not.
-    read: HashSet<TileId, BuildHasherDefault<Mix>>,
-    /// Those that were here.
-    had: HashSet<TileId, BuildHasherDefault<Mix>>,
+    held: [Option<Arc<Tile>>; HELD],
+    /// All that were asked for, ahead or not, and whether they were here.
+    asked: HashMap<TileId, bool, BuildHasherDefault<Mix>>,
     max_tiles: u64,
     deadline: Option<Instant>,
     /// What is asked for ahead, if anything was; it ends with the query.
@@ -40,9 +38,8 @@ impl Tiles {
     pub(super) fn new(reader: &TileReader, options: &QueryOptions) -> Self {
         Self {
             reader: reader.clone(),
-            held: Vec::with_capacity(HELD),
-            read: HashSet::default(),
-            had: HashSet::default(),
+            held: [const { None }; HELD],
+            asked: HashMap::default(),
             max_tiles: options.max_tiles.unwrap_or(u64::MAX),
             deadline: options.max_time.and_then(|time| Instant::now().checked_add(time)),
             ahead: None,
@@ -51,7 +48,7 @@ impl Tiles {
 
     /// How many different tiles were asked for.
     pub(super) fn count(&self) -> u64 {
-        self.read.len() as u64
+        self.asked.len() as u64
     }
 
     /// What is known of the whole file.
@@ -78,26 +75,39 @@ impl Tiles {
 
     /// A tile.
     pub(super) async fn get(&mut self, id: TileId) -> Result<Arc<Tile>, QueryError> {
-        if let Some(place) = self.held.iter().position(|tile| tile.id() == id) {
+        if let Some(place) = self.place(id) {
             self.held[..=place].rotate_right(1);
-            return Ok(Arc::clone(&self.held[0]));
+            if let Some(tile) = &self.held[0] {
+                return Ok(Arc::clone(tile));
+            }
         }
         self.check_time()?;
-        if self.read.len() as u64 >= self.max_tiles && !self.read.contains(&id) {
+        if self.count() >= self.max_tiles && !self.asked.contains_key(&id) {
             return Err(QueryError::OutOfBudget { at_least: 0.0 });
         }
-        self.held.truncate(HELD - 1);
+        self.held.rotate_right(1);
+        self.held[0] = None;
         let tile = self.reader.tile(id).await?;
-        self.read.insert(id);
-        self.had.insert(id);
-        self.held.insert(0, Arc::clone(&tile));
+        self.asked.insert(id, true);
+        self.held[0] = Some(Arc::clone(&tile));
         Ok(tile)
+    }
+
+    /// Where a tile is held.
+    fn place(&self, id: TileId) -> Option<usize> {
+        self.held
+            .iter()
+            .position(|tile| tile.as_ref().is_some_and(|tile| tile.id() == id))
+    }
+
+    /// Whether a tile is held or cached.
+    fn is_here(&self, id: TileId) -> bool {
+        self.place(id).is_some() || self.reader.is_cached(id)
     }
 
     /// How wide a tile is that was here and is not any more, so that it has to be read again.
     pub(super) fn width_of_lost(&self, id: TileId) -> Option<f64> {
-        let is_here = self.held.iter().any(|tile| tile.id() == id);
-        if is_here || !self.had.contains(&id) || self.reader.is_cached(id) {
+        if !self.asked.get(&id).is_some_and(|&was_here| was_here) || self.is_here(id) {
             return None;
         }
         let entry = self.reader.directory().tiles.get(id.0 as usize)?;
@@ -108,8 +118,7 @@ impl Tiles {
     /// Before a tile is waited for: asks for the likeliest of those that come after it, if they fit in the cache, so that they are read
     /// at the same time. Whether that comes true changes nothing but how long it takes. Who may read few tiles reads none in vain.
     pub(super) fn ask_ahead(&mut self, id: TileId, likely: impl FnOnce() -> Vec<TileId>) {
-        let is_here = self.held.iter().any(|tile| tile.id() == id) || self.reader.is_cached(id);
-        if is_here || self.max_tiles < u64::MAX {
+        if self.max_tiles < u64::MAX || self.is_here(id) {
             return;
         }
         let ahead = self.ahead.get_or_insert_default();
@@ -118,8 +127,8 @@ impl Tiles {
             if ahead.len() >= AHEAD {
                 return;
             }
-            if !self.read.contains(&tile) && self.reader.has_room_for(tile) {
-                self.read.insert(tile);
+            if !self.asked.contains_key(&tile) && self.reader.has_room_for(tile) {
+                self.asked.insert(tile, false);
                 let reader = self.reader.clone();
                 // An error comes again when the tile is needed.
                 ahead.spawn(async move { drop(reader.tile(tile).await) });
@@ -129,7 +138,7 @@ impl Tiles {
 
     /// The tile that was asked for last, or any.
     pub(super) async fn last(&mut self) -> Result<Arc<Tile>, QueryError> {
-        match self.held.first() {
+        match &self.held[0] {
             Some(tile) => Ok(Arc::clone(tile)),
             None => self.get(TileId(0)).await,
         }

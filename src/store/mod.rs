@@ -40,6 +40,6 @@ pub use reader::{OpenOptions, ReadError, TileReader};
 pub(crate) use superblock::BLOCK;
 pub use superblock::{FORMAT_VERSION, FileId};
 pub use tile::{Across, Site, Tile, Vertex};
-pub(crate) use tile::{Component, Marks, Noted, NotedSides};
+pub(crate) use tile::{Component, Marks, Noted, NotedSide, NotedSides};
 pub use verify::{LineBatch, VerifyError, VerifyReport};
 pub(crate) use writer::TileWriter;

@@ -19,7 +19,7 @@ use crate::geometry::Point;
 use crate::io::memory_of;
 use crate::mesh::next_side;
 use notes::Notes;
-pub(crate) use notes::{Marks, Noted, NotedSides};
+pub(crate) use notes::{Marks, Noted, NotedSide, NotedSides};
 pub(crate) use regions::Component;
 use regions::Regions;
 use sides::{SideBits, Sources};
@@ -106,6 +106,12 @@ impl Tile {
     #[must_use]
     pub fn triangle_count(&self) -> u32 {
         ((self.triangles.len() + self.border_triangles.len()) / 3) as u32
+    }
+
+    /// Vertices of the tile, and those of others at corners of its triangles.
+    #[inline]
+    pub(crate) fn corner_count(&self) -> usize {
+        self.records.len() + self.foreign_count()
     }
 
     /// Corners that other tiles own.

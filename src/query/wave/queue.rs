@@ -9,6 +9,9 @@ use crate::store::{TileId, VertexId};
 
 /// Tiles that are looked at for what comes soon: three levels of the heap.
 const TOP: usize = 21;
+/// The part by which something may be longer than another and be done before it, and one. Much less, and more has to wait; much more, and
+/// more is done in vain.
+const AHEAD: f64 = 1.0 + 1.0 / 128.0;
 /// Items for which there is room from the start.
 const ROOM: usize = 32;
 
@@ -97,9 +100,10 @@ impl Via {
 
 /// Items by what they promise, those of each tile by themselves: no way that goes on from one is shorter. Of equal ones any may be first.
 ///
-/// They are done in order, but those of the tile at hand may be done before others that are nearer, by no more than `lead`. That is right as
-/// well, for what is found waits until nothing nearer can be found; and it saves coming back to the tile for each item, where the wave's
-/// front goes through more tiles than the cache holds.
+/// They are done in order, more or less: something may be done before others that are nearer. That is right as well, for what is found waits
+/// until nothing nearer can be found. Whatever is at hand may be ahead by a small part of its length, which saves much going in and
+/// out of the queue, and from tile to tile. Where the wave's front goes through more tiles than the cache holds, what lies in the tile at
+/// hand may besides be ahead by `lead`, which saves reading the tile again for each item.
 #[derive(Debug)]
 pub(super) struct Queue {
     /// What there is to do in the tile at hand.
@@ -113,7 +117,7 @@ pub(super) struct Queue {
     anywhere: Heap,
     items: Vec<Item>,
     unused: Vec<u32>,
-    /// By how much the tile at hand may be ahead.
+    /// By how much the tile at hand may be ahead, besides.
     lead: f64,
 }
 
@@ -147,8 +151,38 @@ impl Heap {
     }
 
     fn push(&mut self, entry: Entry) {
-        let mut at = self.0.len();
         self.0.push(entry);
+        self.rise(self.0.len() - 1, entry);
+    }
+
+    fn pop(&mut self) -> Option<Entry> {
+        let last = self.0.pop()?;
+        let Some(&least) = self.0.first() else {
+            return Some(last);
+        };
+        // The gap goes down to where nothing is below it, for the last one most likely belongs there.
+        let mut at = 0;
+        loop {
+            let first = 4 * at + 1;
+            let below = match self.0.get(first..) {
+                Some(&[a, b, c, d, ..]) => first + least_of([a, b, c, d]),
+                Some(rest) if !rest.is_empty() => {
+                    let lengths = rest.iter().map(|entry| entry.length);
+                    lengths.zip(first..).min().map_or(first, |(_, place)| place)
+                }
+                _ => break,
+            };
+            self.0[at] = self.0[below];
+            at = below;
+        }
+        self.rise(at, last);
+        Some(least)
+    }
+
+    /// Puts an entry in a gap, or above it.
+    #[inline]
+    fn rise(&mut self, gap: usize, entry: Entry) {
+        let mut at = gap;
         while at > 0 {
             let above = (at - 1) / 4;
             if self.0[above].length <= entry.length {
@@ -159,34 +193,15 @@ impl Heap {
         }
         self.0[at] = entry;
     }
+}
 
-    fn pop(&mut self) -> Option<Entry> {
-        let last = self.0.pop()?;
-        let Some(&least) = self.0.first() else {
-            return Some(last);
-        };
-        let mut at = 0;
-        loop {
-            let first = 4 * at + 1;
-            let end = (first + 4).min(self.0.len());
-            let Some((&head, rest)) = self.0.get(first..end).and_then(<[Entry]>::split_first) else {
-                break;
-            };
-            let (mut below, mut best) = (first, head);
-            for (&entry, place) in rest.iter().zip(first + 1..) {
-                if entry.length < best.length {
-                    (below, best) = (place, entry);
-                }
-            }
-            if best.length >= last.length {
-                break;
-            }
-            self.0[at] = best;
-            at = below;
-        }
-        self.0[at] = last;
-        Some(least)
-    }
+/// The place of the least of four, without branches that nobody can foresee.
+#[inline]
+fn least_of(entries: [Entry; 4]) -> usize {
+    let [a, b, c, d] = entries.map(|entry| entry.length);
+    let (one, other) = (usize::from(b < a), 2 + usize::from(d < c));
+    let is_other = usize::from(c.min(d) < a.min(b));
+    one + (other - one) * is_other
 }
 
 impl Queue {
@@ -287,19 +302,20 @@ impl Queue {
     /// The least length of all; infinite if there is nothing to do.
     #[inline]
     pub(super) fn front(&self) -> f64 {
-        self.here.front().min(self.outer())
+        self.here.front().min(self.tiles.front()).min(self.anywhere.front())
     }
 
-    /// The least length out of the tile at hand.
+    /// The length up to which something in the tile at hand comes before what is out of it.
     #[inline]
-    fn outer(&self) -> f64 {
-        self.tiles.front().min(self.anywhere.front())
+    fn ahead(&self) -> f64 {
+        // Nobody gains by being ahead of what needs no tile.
+        (self.tiles.front() * AHEAD + self.lead).min(self.anywhere.front())
     }
 
-    /// Whether something of such a length in the tile at hand would come next.
+    /// Whether something of such a length in the tile at hand may come next.
     #[inline]
     pub(super) fn would_be_next(&self, length: f64) -> bool {
-        length <= self.here.front() && length <= self.outer() + self.lead
+        length <= self.here.front() * AHEAD && length <= self.ahead()
     }
 
     /// The tiles where something is to be done soon, in no order, each with the length of it: the top of the heap.
@@ -316,8 +332,7 @@ impl Queue {
     pub(super) fn next(&mut self) -> Next {
         loop {
             let (here, anywhere, tiles) = (self.here.front(), self.anywhere.front(), self.tiles.front());
-            let outer = anywhere.min(tiles);
-            let from = if here < f64::INFINITY && here <= outer + self.lead {
+            let from = if here < f64::INFINITY && here <= self.ahead() {
                 &mut self.here
             } else if anywhere <= tiles {
                 &mut self.anywhere

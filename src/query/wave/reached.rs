@@ -20,8 +20,9 @@ const PAGE: usize = 32;
 /// What the wave knows of a tile.
 #[derive(Debug, Default)]
 pub(super) struct Reached {
-    /// For each so many vertices, the place of their lengths, and one more, in pages; 0 if none was reached.
+    /// For each so many corners, the place of their lengths, in pages; 0 if none was reached.
     pages: Vec<u32>,
+    /// The first page is one of infinite lengths.
     lengths: Vec<f64>,
     /// Triangles in dead ends by which one comes to goals, in order; none if it was not known where dead ends begin when the wave came here.
     /// It need not heed what was found out later.
@@ -39,8 +40,8 @@ impl Reached {
             awake
         });
         Self {
-            pages: vec![0; (tile.vertex_count() as usize).div_ceil(PAGE)],
-            lengths: Vec::new(),
+            pages: vec![0; tile.corner_count().div_ceil(PAGE)],
+            lengths: vec![f64::INFINITY; PAGE],
             awake,
         }
     }
@@ -55,10 +56,14 @@ impl Reached {
     /// How far a corner is at most.
     #[inline]
     fn known(&self, corner: u32) -> f64 {
-        match self.pages.get(corner as usize / PAGE) {
-            Some(&page) if page != 0 => self.lengths[(page as usize - 1) * PAGE + corner as usize % PAGE],
-            _ => f64::INFINITY,
-        }
+        let page = self.pages[corner as usize / PAGE];
+        self.lengths[page as usize * PAGE + corner as usize % PAGE]
+    }
+
+    /// Whether a vertex is known to be nearer than this.
+    #[inline]
+    pub(super) fn is_nearer(&self, vertex: u32, length: f64) -> bool {
+        length > self.known(vertex) * TIE
     }
 
     /// A vertex of the tile with one free sector is no farther away than this: whether it was not known to be nearer.
@@ -66,10 +71,10 @@ impl Reached {
     pub(super) fn reach(&mut self, vertex: u32, length: f64) -> bool {
         let page = &mut self.pages[vertex as usize / PAGE];
         if *page == 0 {
-            self.lengths.resize(self.lengths.len() + PAGE, f64::INFINITY);
             *page = (self.lengths.len() / PAGE) as u32;
+            self.lengths.resize(self.lengths.len() + PAGE, f64::INFINITY);
         }
-        let known = &mut self.lengths[(*page as usize - 1) * PAGE + vertex as usize % PAGE];
+        let known = &mut self.lengths[*page as usize * PAGE + vertex as usize % PAGE];
         if length > *known * TIE {
             return false;
         }
@@ -83,10 +88,10 @@ impl Reached {
     pub(super) fn beats(&self, length: f64, crossing: &Crossing, corners: [u32; 2]) -> bool {
         let [right, left] = corners.map(|corner| self.known(corner));
         let is_longer = |known: f64, far: usize, end: usize| {
-            known < f64::INFINITY
-                && length + crossing.lengths[far]
-                    > (known + distance(crossing.rays[far], crossing.ends[end])) * TIE + crossing.slack
+            let by_end = known + distance(crossing.rays[far], crossing.ends[end]);
+            length + crossing.lengths[far] > by_end * TIE + crossing.slack
         };
-        is_longer(right, 1, 0) || is_longer(left, 0, 1)
+        // Both are computed, for nobody can foresee which one tells.
+        is_longer(right, 1, 0) | is_longer(left, 0, 1)
     }
 }

@@ -271,16 +271,21 @@ impl Wave {
             }
         }
         let id = ground.tile.vertex(corner).id;
-        if let Some(seen) = self.seen.get_mut(&id) {
+        // Of a vertex of this tile that has one free sector it is known by now that no way to it was shorter.
+        let is_known = own_marks.is_some_and(|marks| marks & SINGLE != 0);
+        if !is_known && let Some(seen) = self.seen.get_mut(&id) {
             let marks = own_marks.or(seen.marks);
-            if length > seen.limit * TIE || marks.is_some_and(|marks| marks & TURNING == 0 && !self.is_told_of(marks)) {
+            if length > seen.limit * TIE {
                 return;
             }
-        }
-        let marks = own_marks.or_else(|| self.seen.get(&id).and_then(|seen| seen.marks));
-        if marks.is_some_and(|marks| marks & SINGLE != 0) {
-            let seen = self.seen.entry(id).or_default();
-            seen.limit = seen.limit.min(length);
+            if let Some(marks) = marks {
+                if marks & SINGLE != 0 {
+                    seen.limit = seen.limit.min(length);
+                }
+                if marks & TURNING == 0 && !self.is_told_of(marks) {
+                    return;
+                }
+            }
         }
         let ahead = self.towards.map_or(0.0, |goal| distance(point, goal));
         let item = Item {
@@ -305,7 +310,7 @@ impl Wave {
         let id = ground.tile.vertex(vertex).id;
         let seen = self.seen.entry(id).or_default();
         seen.marks = Some(marks);
-        if length > seen.limit * TIE {
+        if length > seen.limit * TIE || marks & SINGLE != 0 && self.here.is_nearer(vertex, length) {
             return Ok(());
         }
         if length < seen.told {

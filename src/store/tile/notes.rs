@@ -1,7 +1,7 @@
 //! What queries note of a tile beside it, for those that come after them.
 
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 
 /// What queries note of a tile. It takes no memory before the first query asks.
 #[derive(Debug, Default)]
@@ -26,27 +26,34 @@ pub(crate) struct Marks {
 /// What queries note of a tile's sides, each when the first one comes to it.
 #[derive(Debug)]
 pub(crate) struct NotedSides {
-    /// The corner that each starts at.
-    pub(crate) corners: Noted,
-    /// What lies beyond each.
-    pub(crate) beyond: Noted,
+    /// The corner that each starts at, and what lies beyond it.
+    pub(crate) of_sides: Vec<NotedSide>,
     /// How many searches came to the tile.
     pub(crate) visits: AtomicU32,
     /// Whether it is noted where dead ends begin.
     pub(crate) knows_dead_ends: AtomicBool,
 }
 
-/// A number for each side, or none. Searches in several threads may note the same at once.
+/// Two numbers for a side, or none. Searches in several threads may note the same at once.
 #[derive(Debug)]
-pub(crate) struct Noted(
-    /// The complement of each, so that memory of zeros has none.
-    Vec<AtomicU32>,
+pub(crate) struct NotedSide(
+    /// The complements of both, so that memory of zeros has none.
+    AtomicU64,
 );
+
+/// Which number of a side.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Noted {
+    /// The corner that it starts at.
+    Corner,
+    /// What lies beyond it.
+    Beyond,
+}
 
 impl Notes {
     /// Bytes that the notes take at most.
     pub(crate) fn byte_size(vertices: usize, sides: usize) -> usize {
-        vertices * (size_of::<u8>() + size_of::<u32>() + size_of::<[u32; 2]>()) + sides * 2 * size_of::<u32>()
+        vertices * (size_of::<u8>() + size_of::<u32>() + size_of::<[u32; 2]>()) + sides * size_of::<NotedSide>()
     }
 
     /// What is noted of the vertices, made when it is first asked for.
@@ -58,40 +65,46 @@ impl Notes {
     #[inline]
     pub(crate) fn sides(&self, count: u32) -> &NotedSides {
         self.sides.get_or_init(|| NotedSides {
-            corners: Noted::none(count),
-            beyond: Noted::none(count),
+            // Zeros come from the system as they are needed, and the conversion costs nothing.
+            of_sides: vec![0; count as usize]
+                .into_iter()
+                .map(|zero| NotedSide(AtomicU64::new(zero)))
+                .collect(),
             visits: AtomicU32::new(0),
             knows_dead_ends: AtomicBool::new(false),
         })
     }
 }
 
-impl Noted {
+impl NotedSide {
     /// In place of a number: there is none.
     pub(crate) const NONE: u32 = u32::MAX;
 
-    fn none(count: u32) -> Self {
-        // Zeros come from the system as they are needed, and the conversion costs nothing.
-        Self(vec![0; count as usize].into_iter().map(AtomicU32::new).collect())
-    }
-
-    pub(crate) fn len(&self) -> usize {
-        self.0.len()
-    }
-
     #[inline]
-    pub(crate) fn get(&self, side: u32) -> u32 {
-        !self.0[side as usize].load(Ordering::Relaxed)
+    pub(crate) fn get(&self, which: Noted) -> u32 {
+        !((self.0.load(Ordering::Relaxed) >> which.shift()) as u32)
     }
 
     /// Notes a number where there is none, and tells which one there is then.
-    pub(crate) fn note(&self, side: u32, number: u32) -> u32 {
-        let noted = self.0[side as usize].compare_exchange(0, !number, Ordering::Relaxed, Ordering::Relaxed);
-        noted.map_or_else(|there| !there, |_| number)
+    pub(crate) fn note(&self, which: Noted, number: u32) -> u32 {
+        let with = u64::from(!number) << which.shift();
+        let is_new = |there: u64| ((there >> which.shift()) as u32 == 0).then_some(there | with);
+        let noted = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, is_new);
+        noted.map_or_else(|there| !((there >> which.shift()) as u32), |_| number)
     }
 
     /// Sets bits of a number that there is.
-    pub(crate) fn set_bits(&self, side: u32, bits: u32) {
-        self.0[side as usize].fetch_and(!bits, Ordering::Relaxed);
+    pub(crate) fn set_bits(&self, which: Noted, bits: u32) {
+        self.0.fetch_and(!(u64::from(bits) << which.shift()), Ordering::Relaxed);
+    }
+}
+
+impl Noted {
+    #[inline]
+    fn shift(self) -> u32 {
+        match self {
+            Self::Corner => 0,
+            Self::Beyond => 32,
+        }
     }
 }

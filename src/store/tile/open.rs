@@ -97,7 +97,7 @@ impl Tile {
                 return Err(format!("there are {found} {what}, not {expected}"));
             }
         }
-        let corners = (vertices + self.foreign_count()) as u64;
+        let corners = self.corner_count() as u64;
         let core_sides = 3 * core as u64;
         let sides = core_sides + 3 * border as u64;
         let below = |what: &str, values: &Packed, limit: u64, marks: u64| {
@@ -152,7 +152,7 @@ impl Tile {
         if all(&self.coordinates) && self.foreign.chunks_exact(FOREIGN).all(|vertex| all(&vertex[..16])) {
             return Ok(());
         }
-        let points = (0..self.records.len() + self.foreign_count()).map(|corner| self.corner_point(corner));
+        let points = (0..self.corner_count()).map(|corner| self.corner_point(corner));
         match points.zip(0..).find(|(p, _)| !is_stored(p.x) || !is_stored(p.y)) {
             Some((p, corner)) => Err(format!("corner {corner} is at ({}, {})", p.x, p.y)),
             None => Ok(()),
