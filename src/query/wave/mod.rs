@@ -243,7 +243,10 @@ impl Wave {
     /// Goes on in a tile, or says which it needs; an error says how the tile contradicts itself or others.
     pub(super) fn step(&mut self, tile: &Tile) -> Result<Step, String> {
         self.passed += u64::from(PAUSE - self.pause);
-        self.joins |= self.passed >= MANY;
+        if self.passed >= MANY {
+            self.joins = true;
+            self.queue.keep_order();
+        }
         self.pause = PAUSE;
         let ground = Ground {
             tile,

@@ -119,6 +119,8 @@ pub(super) struct Queue {
     unused: Vec<u32>,
     /// By how much the tile at hand may be ahead, besides.
     lead: f64,
+    /// [`AHEAD`], or 1 if nothing may be done before what is nearer in the same tile.
+    slack: f64,
 }
 
 /// What comes next.
@@ -215,12 +217,18 @@ impl Queue {
             items: Vec::with_capacity(ROOM),
             unused: Vec::with_capacity(ROOM),
             lead: 0.0,
+            slack: AHEAD,
         }
     }
 
     /// Lets the tile at hand be further ahead, but not by more than `most`.
     pub(super) fn lead(&mut self, most: f64) {
         self.lead = (2.0 * self.lead).max(most / 64.0).min(most);
+    }
+
+    /// Lets nothing more be done before what is nearer in the same tile.
+    pub(super) fn keep_order(&mut self) {
+        self.slack = 1.0;
     }
 
     /// Turns to a tile.
@@ -315,7 +323,7 @@ impl Queue {
     /// Whether something of such a length in the tile at hand may come next.
     #[inline]
     pub(super) fn would_be_next(&self, length: f64) -> bool {
-        length <= self.here.front() * AHEAD && length <= self.ahead()
+        length <= self.here.front() * self.slack && length <= self.ahead()
     }
 
     /// The tiles where something is to be done soon, in no order, each with the length of it: the top of the heap.

@@ -63,7 +63,7 @@ impl Wave {
 
     /// Pushes a cone through the free triangle of a side, and on as long as nothing else is nearer.
     pub(super) fn through(&mut self, ground: Ground<'_>, root: u32, side: u32, cone: Cone) -> Result<(), String> {
-        let passages = ground.passages();
+        let (tile, passages) = (ground.tile.id(), ground.passages());
         let end = |side: u32| {
             let corner = passages.corner(side);
             (corner, ground.point(corner))
@@ -113,11 +113,11 @@ impl Wave {
                         }
                         match (one, other) {
                             (Some(one), Some(other)) if one.length <= other.length => {
-                                self.put_off(ground, root, other, &halves[1]);
+                                self.put_off(tile, root, other, &halves[1]);
                                 Some((one, to_right, halves[0]))
                             }
                             (Some(one), Some(other)) => {
-                                self.put_off(ground, root, one, &halves[0]);
+                                self.put_off(tile, root, one, &halves[0]);
                                 Some((other, to_left, halves[1]))
                             }
                             (Some(one), None) => Some((one, to_right, halves[0])),
@@ -131,10 +131,10 @@ impl Wave {
                 return Ok(());
             };
             if self.joins {
-                self.join(ground.tile.id(), root, &mut ahead, &mut narrow);
+                self.join(tile, root, &mut ahead, &mut narrow);
             }
             if self.pause == 0 || !self.queue.would_be_next(ahead.length) {
-                self.put_off(ground, root, ahead, &narrow);
+                self.wait(tile, root, ahead, &narrow);
                 return Ok(());
             }
             (side, cone, stride.length) = (ahead.side, narrow, ahead.length);
@@ -231,7 +231,7 @@ impl Wave {
             left: (to, ends[1]),
         };
         if let Some(ahead) = self.look(passages, root, &door, &cone)? {
-            self.put_off(ground, root, ahead, &cone);
+            self.put_off(ground.tile.id(), root, ahead, &cone);
         }
         Ok(())
     }

@@ -12,11 +12,12 @@
 //!            r
 //! ```
 //!
-//! A wave that hurries to one goal may come there in a narrow bundle, so it joins none before it has gone through many triangles.
+//! A wave that hurries to one goal may come there in a narrow bundle, so it joins none before it has gone through many triangles. And after
+//! so many, every wave does what is nearest in its tile first: whoever is ahead of that waits for nobody, and is not joined.
 
 use super::*;
 
-/// Triangles that a wave to one goal goes through before it joins cones.
+/// Triangles that a wave goes through before it keeps order, and before it joins cones if it is one to one goal.
 pub(super) const MANY: u64 = 1 << 14;
 /// Places to begin with.
 const ROOM: usize = 256;
@@ -79,12 +80,19 @@ impl Wave {
         ahead.length = ahead.length.min(f64::from_bits(there.seam));
     }
 
-    /// A cone waits in the queue.
-    pub(super) fn put_off(&mut self, ground: Ground<'_>, root: u32, ahead: Ahead, cone: &Cone) {
-        let tile = ground.tile.id();
+    /// A cone is joined with what waits next to it, and waits in the queue.
+    pub(super) fn put_off(&mut self, tile: TileId, root: u32, ahead: Ahead, cone: &Cone) {
         let (mut ahead, mut cone) = (ahead, *cone);
         if self.joins {
             self.join(tile, root, &mut ahead, &mut cone);
+        }
+        self.wait(tile, root, ahead, &cone);
+    }
+
+    /// A cone that is joined waits in the queue.
+    pub(super) fn wait(&mut self, tile: TileId, root: u32, ahead: Ahead, cone: &Cone) {
+        if ahead.length > self.limit {
+            return;
         }
         let nowhere = VertexId {
             tile: NOWHERE,
@@ -100,9 +108,6 @@ impl Wave {
             left: cone.left,
             seam: ahead.length.to_bits(),
         };
-        if ahead.length > self.limit {
-            return;
-        }
         let place = self.queue.push(ahead.length, item);
         if self.joins {
             *self.waiting.place(tile, root, ahead.side) = place;

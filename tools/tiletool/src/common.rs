@@ -1,5 +1,6 @@
 //! What several commands need.
 
+use std::fmt::Display;
 use std::future::Future;
 use std::io::{self, Write};
 use std::path::Path;
@@ -95,6 +96,11 @@ pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
 /// Prints lines for people.
 pub fn print(text: &str) -> anyhow::Result<()> {
     Ok(io::stdout().write_all(text.as_bytes())?)
+}
+
+/// Says something on standard error. Whoever has closed that wants to hear nothing, which is no failure.
+pub fn say(line: impl Display) {
+    drop(writeln!(io::stderr(), "{line}"));
 }
 
 /// Whether whoever read our output has gone away, which is no failure.

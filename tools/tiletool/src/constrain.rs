@@ -62,7 +62,7 @@ pub fn run(args: ConstrainArgs) -> anyhow::Result<()> {
     let lines = args.lines.clone().open()?;
     let (summary, lines) = common::block_on(constrain(&args.file, lines, args.memory.bytes()))?;
     for note in lines.notes().iter().filter(|_| !args.quiet) {
-        eprintln!("note: {note}");
+        common::say(format_args!("note: {note}"));
     }
     if args.json {
         common::print_json(&Output {

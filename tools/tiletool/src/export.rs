@@ -79,7 +79,7 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
     };
     if to_stdout {
         // The output proper is there.
-        eprint!("{}", text(&summary, args.json)?);
+        common::say(text(&summary, args.json)?.trim_end());
         return Ok(());
     }
     common::print(&text(&summary, args.json)?)

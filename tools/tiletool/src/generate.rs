@@ -325,9 +325,9 @@ fn report(args: &GenerateArgs, records: u64, segments: Option<(u64, &Path)>) -> 
         });
         return quietly(writeln!(io::stdout(), "{json}")).context("cannot write to standard output");
     }
-    eprintln!("{records} points in {}", args.output.display());
+    common::say(format_args!("{records} points in {}", args.output.display()));
     if let Some((count, path)) = segments {
-        eprintln!("{count} segments in {}", path.display());
+        common::say(format_args!("{count} segments in {}", path.display()));
     }
     Ok(())
 }

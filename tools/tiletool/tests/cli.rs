@@ -344,6 +344,18 @@ fn mistakes_get_a_plain_answer() {
 }
 
 #[test]
+fn nobody_need_listen() {
+    let scratch = Scratch::new();
+    for (args, code) in [("generate uniform -n 9 -o points.f64", 0), ("inspect none.tiles", 1)] {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let mut command = scratch.command(&args.split(' ').collect::<Vec<_>>());
+        assert_eq!(command.stderr(writer).status().unwrap().code(), Some(code), "{args}");
+    }
+    assert_eq!(fs::metadata(scratch.path("points.f64")).unwrap().len(), 9 * 16);
+}
+
+#[test]
 fn a_damaged_tile_is_named() {
     let scratch = Scratch::new();
     scratch.ok(&["generate", "grid", "-n", "400", "-o", "g.f64"]);

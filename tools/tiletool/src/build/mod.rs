@@ -130,7 +130,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     let built = common::block_on(async move {
         let builder = Builder::new(&output, options)?;
         if args.resume && builder.needs_points() && !args.quiet {
-            eprintln!("note: there is no finished work to go on from; the build starts from the beginning");
+            common::say("note: there is no finished work to go on from; the build starts from the beginning");
         }
         let building = build(source, lines, builder, read, is_filtered, Arc::clone(&cancelled));
         tokio::pin!(building);
@@ -150,7 +150,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     drop(bar);
     let (summary, read) = built.map_err(|error| how_to_go_on(error, &args.output))?;
     for note in read.notes.iter().filter(|_| !args.quiet) {
-        eprintln!("note: {note}");
+        common::say(format_args!("note: {note}"));
     }
     if args.json {
         common::print_json(&Output::new(&summary, &read))

@@ -136,7 +136,7 @@ async fn answer_all(
     while let Some(answer) = answers.try_next().await? {
         printer.print(&answer)?;
         if let (Some(statistics), true) = (&answer.statistics, format != Format::Json) {
-            eprintln!("{}", method::line(statistics));
+            common::say(method::line(statistics));
         }
         if let Some(picture) = &mut picture {
             picture.take(ask, &answer);
@@ -155,12 +155,12 @@ async fn answer_all(
 /// Tells on standard error how long it took and what was read.
 fn report(what: &str, count: u64, began: Instant, reader: &TileReader) {
     let statistics = reader.cache().statistics();
-    eprintln!(
+    common::say(format_args!(
         "{} {what} in {:.3} s; tiles: {} read, {} found in the cache, {} dropped from it",
         thousands(count),
         began.elapsed().as_secs_f64(),
         thousands(statistics.misses),
         thousands(statistics.hits),
         thousands(statistics.evictions),
-    );
+    ));
 }
