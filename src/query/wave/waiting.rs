@@ -13,12 +13,14 @@
 //! ```
 //!
 //! A wave that hurries to one goal may come there in a narrow bundle, so it joins none before it has gone through many triangles. And after
-//! so many, every wave does what is nearest in its tile first: whoever is ahead of that waits for nobody, and is not joined.
+//! far more, every wave does what is nearest in its tile first: whoever is ahead of that waits for nobody, and is not joined.
 
 use super::*;
 
-/// Triangles that a wave goes through before it keeps order, and before it joins cones if it is one to one goal.
+/// Triangles that a wave to one goal goes through before it joins cones.
 pub(super) const MANY: u64 = 1 << 14;
+/// Triangles that any wave goes through before it keeps order.
+pub(super) const FAR_MORE: u64 = 1 << 18;
 /// Places to begin with.
 const ROOM: usize = 256;
 
