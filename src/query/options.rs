@@ -18,9 +18,10 @@ pub enum Mode {
     /// The upper bound is at most 1 + this times the lower one, but for rounding. Paths are [fast](Self::Fast) ones where the bounds of
     /// these are close enough; else the exact search goes on until they are. Streams of sites and of paths are exact.
     Within(f64),
-    /// A shortest way along edges of the triangulation, pulled taut: its length is the value, and not less than the true one. The lower
-    /// bound is the straight line, or, where the file says that it has no break lines, the way along edges divided by 2.42, if that is more
-    /// (Bose and Keil 2006).
+    /// A short way along edges of the triangulation, pulled taut: its length is the value, and not less than the true one. The lower
+    /// bound is the straight line, or, where the file says that it has no break lines, a length that all ways along edges have at least,
+    /// divided by 2.42 (Bose and Keil 2006), if that is more. The way along edges is a shortest one to a site, and to a point at most 1/8
+    /// longer than that.
     Fast,
 }
 

@@ -240,6 +240,8 @@ fn bounds_on_the_map_of_a_game() {
     runtime().block_on(async {
         let (_scratch, reader, lengths) = truth::game(16).await;
         for ([from, to], truth) in lengths {
+            let along_edges = reader.cdt_distance(from, to, QueryOptions::default()).await.unwrap();
+            let along_edges = along_edges.unwrap().distance.upper;
             for mode in [Mode::Fast, Mode::Within(0.05)] {
                 let told = format!("{mode:?}, {from:?} to {to:?}");
                 let outcome = reader.shortest_path(from, to, options(mode).certified()).await.unwrap();
@@ -254,6 +256,10 @@ fn bounds_on_the_map_of_a_game() {
                 assert!(
                     mode == Mode::Fast || upper <= lower * 1.05 * (1.0 + 1e-12),
                     "{told}: {path:?}"
+                );
+                assert!(
+                    path.distance.value <= 1.125 * along_edges * (1.0 + 1e-12),
+                    "{told}: {path:?}, {along_edges} along edges"
                 );
             }
         }

@@ -187,7 +187,7 @@ impl TileReader {
         let mut tiles = Tiles::new(self, &options);
         let to = Place::find_free(&mut tiles, to).await?;
         let from = Place::find_free(&mut tiles, from).await?;
-        let (mut run, end) = EdgeRun::towards(tiles, from, &to).await?;
+        let (mut run, end) = EdgeRun::towards(tiles, from, &to, 1.0).await?;
         run.refuse_break_lines()?;
         let Some(node) = run.find(end).await? else {
             return Ok(None);

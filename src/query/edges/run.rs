@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Corner, EdgeSearch, Node, Overlay, Step};
+use super::{Corner, EdgeSearch, Node, Overlay, Step, Towards};
 use crate::geometry::Point;
 use crate::query::ground::Ground;
 use crate::query::place::Place;
@@ -53,13 +53,15 @@ impl EdgeRun {
         Ok(Self::begin(tiles, source, None, limit).await?.0)
     }
 
-    /// Starts at a free place, towards another one; returns which vertex that is now.
+    /// Starts at a free place, towards another one; returns which vertex that is now. The way that is found to it is at most `haste` times as
+    /// long as a shortest one, which is 1 or more.
     pub(in crate::query) async fn towards(
         tiles: Tiles,
         source: Place,
         target: &Place,
+        haste: f64,
     ) -> Result<(Self, VertexId), QueryError> {
-        Self::begin(tiles, source, Some(target), f64::INFINITY).await
+        Self::begin(tiles, source, Some((target, haste)), f64::INFINITY).await
     }
 
     /// Starts at a vertex in some of its wedges, on behalf of a place near it.
@@ -83,16 +85,19 @@ impl EdgeRun {
     async fn begin(
         mut tiles: Tiles,
         source: Place,
-        target: Option<&Place>,
+        target: Option<(&Place, f64)>,
         limit: f64,
     ) -> Result<(Self, VertexId), QueryError> {
         let mut overlay = Overlay::default();
         let start = overlay.put_in(&mut tiles, &source).await?;
         let mut end = start;
-        if let Some(target) = target {
+        let mut goal = None;
+        if let Some((target, haste)) = target {
+            let point = target.point;
+            goal = Some(Towards { point, haste });
             end = overlay.put_in(&mut tiles, target).await?;
         }
-        let (outside_is_free, goal) = (tiles.outside_is_free(), target.map(|target| target.point));
+        let outside_is_free = tiles.outside_is_free();
         let search = EdgeSearch::new((start, source.point), overlay, limit, goal, outside_is_free);
         let tile = tiles.last().await?;
         let this = Self {

@@ -284,7 +284,7 @@ pub(super) async fn sites(
 
 /// The shortest path to a target.
 pub(super) async fn path(asked: &mut Asked, stretch: f64, to: &Place) -> Result<Option<Reached>, QueryError> {
-    let (mut run, end) = EdgeRun::towards(asked.lend_tiles(), asked.source.clone(), to).await?;
+    let (mut run, end) = EdgeRun::towards(asked.lend_tiles(), asked.source.clone(), to, 1.0).await?;
     run.refuse_break_lines()?;
     let length = run.find(end).await?.map(|node| run.node(node).length);
     asked.tiles = run.tiles;
