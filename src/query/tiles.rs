@@ -138,7 +138,7 @@ impl Tiles {
 
     /// The tile that was asked for last, or any.
     pub(super) async fn last(&mut self) -> Result<Arc<Tile>, QueryError> {
-        match &self.held[0] {
+        match self.held.iter().flatten().next() {
             Some(tile) => Ok(Arc::clone(tile)),
             None => self.get(TileId(0)).await,
         }

@@ -51,7 +51,7 @@ use queue::{Item, Kind, NOWHERE, Next, Queue, Via, seam_between};
 use reached::Reached;
 pub(super) use roots::Mix;
 use roots::{NO_ROOT, Root, SeenVertices, TIE};
-use waiting::{FAR_MORE, MANY, Waiting};
+use waiting::{JOINED_AFTER, ORDERED_AFTER, Waiting};
 
 /// Triangles that one step passes through at most, more or less.
 const PAUSE: u32 = 1 << 12;
@@ -243,8 +243,8 @@ impl Wave {
     /// Goes on in a tile, or says which it needs; an error says how the tile contradicts itself or others.
     pub(super) fn step(&mut self, tile: &Tile) -> Result<Step, String> {
         self.passed += u64::from(PAUSE - self.pause);
-        self.joins |= self.passed >= MANY;
-        if self.passed >= FAR_MORE {
+        self.joins |= self.passed >= JOINED_AFTER;
+        if self.passed >= ORDERED_AFTER {
             self.queue.keep_order();
         }
         self.pause = PAUSE;

@@ -18,9 +18,9 @@
 use super::*;
 
 /// Triangles that a wave to one goal goes through before it joins cones.
-pub(super) const MANY: u64 = 1 << 14;
+pub(super) const JOINED_AFTER: u64 = 1 << 14;
 /// Triangles that any wave goes through before it keeps order.
-pub(super) const FAR_MORE: u64 = 1 << 18;
+pub(super) const ORDERED_AFTER: u64 = 1 << 18;
 /// Places to begin with.
 const ROOM: usize = 256;
 
