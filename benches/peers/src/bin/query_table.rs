@@ -228,6 +228,9 @@ fn median(times: &mut [f64]) -> f64 {
     times[times.len() / 2]
 }
 
+/// Microseconds that a measurement should take, beside which it takes nothing to read the clock: what is faster is asked for more than once.
+const LONG_ENOUGH: f64 = 50.0;
+
 async fn compare(name: &str, reader: &TileReader, arguments: &Arguments) -> Result<()> {
     let mesh = mesh(reader).await?;
     let (mut own, mut peer, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
@@ -237,18 +240,24 @@ async fn compare(name: &str, reader: &TileReader, arguments: &Arguments) -> Resu
     for [from, to] in &pairs {
         let (mut own_times, mut peer_times) = (Vec::new(), Vec::new());
         let mut lengths = (None, None);
+        let mut times = 1;
         for _ in 0..=arguments.rounds {
             let begin = ThreadTime::now();
-            let outcome = reader.shortest_path(*from, *to, QueryOptions::default()).await?;
-            own_times.push(begin.elapsed().as_secs_f64() * 1e6);
-            if let PathOutcome::Found(path) = outcome {
-                lengths.0 = Some(path.distance.value);
+            for _ in 0..times {
+                let outcome = reader.shortest_path(*from, *to, QueryOptions::default()).await?;
+                if let PathOutcome::Found(path) = outcome {
+                    lengths.0 = Some(path.distance.value);
+                }
             }
+            own_times.push(begin.elapsed().as_secs_f64() * 1e6 / f64::from(times));
             let (from, to) = (peer_point(*from), peer_point(*to));
             let begin = ThreadTime::now();
-            let path = mesh.path(from, to);
-            peer_times.push(begin.elapsed().as_secs_f64() * 1e6);
-            lengths.1 = path.map(|path| f64::from(path.length));
+            for _ in 0..times {
+                let path = mesh.path(from, to);
+                lengths.1 = path.map(|path| f64::from(path.length));
+            }
+            peer_times.push(begin.elapsed().as_secs_f64() * 1e6 / f64::from(times));
+            times = (LONG_ENOUGH / peer_times[0].min(own_times[0])).clamp(1.0, 100.0) as u32;
         }
         match lengths {
             (Some(length), Some(peer_length)) if (peer_length - length).abs() <= 1e-3 * length => {
