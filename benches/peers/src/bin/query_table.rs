@@ -1,6 +1,6 @@
 //! Prints a Markdown table of microseconds per shortest path: the library's wave, from a warm cache of tiles, beside crate polyanya,
 //! which is given the same free triangles in memory, merged and baked. With `--threads`, also how many k-ONN queries a second are
-//! answered by one thread and by two.
+//! answered by one thread, by two, and by two that share nothing.
 //!
 //! The same pairs of points are asked of both, in turns; the time is that of the thread on the processor, but for the threads'. polyanya
 //! computes in f32, and may miss points that lie at the very edge of its mesh: such pairs, and those with a path longer by
@@ -28,7 +28,7 @@ use tokio::runtime::{Builder as RuntimeBuilder, Runtime};
 const USAGE: &str = "usage: query-table [--pairs N] [--rounds R] [--threads]
 
 Asks for N shortest paths (default 200) R times (default 5) of the library and of crate polyanya, in turns, and prints medians, on a map of
-a game and on the islands of Indonesia. --threads adds 1,000 queries for the 10 nearest of 1,000 sites, by one thread and by two.";
+a game and on the islands of Indonesia. --threads adds queries for the 10 nearest of 1,000 sites, by one thread, by two, and by two that share nothing.";
 
 struct Arguments {
     pairs: usize,
@@ -326,6 +326,19 @@ fn throughput(threads: usize, path: &Path, from: &Arc<Vec<Point>>) -> Result<f64
     })
 }
 
+/// Queries a second, on two threads that share nothing: what the machine gives.
+fn apart(path: &Path, from: &Arc<Vec<Point>>) -> Result<f64> {
+    let rates = std::thread::scope(|scope| {
+        let one = || throughput(1, path, from).map_err(|error| error.to_string());
+        [scope.spawn(one), scope.spawn(one)].map(|thread| thread.join())
+    });
+    let mut sum = 0.0;
+    for rate in rates {
+        sum += rate.map_err(|_| "a thread panicked")??;
+    }
+    Ok(sum)
+}
+
 fn run(arguments: &Arguments) -> Result<()> {
     let folder = tempfile::tempdir()?;
     let runtime = Runtime::new()?;
@@ -359,17 +372,23 @@ fn run(arguments: &Arguments) -> Result<()> {
         Ok::<_, Box<dyn std::error::Error>>((sites, Arc::new(from)))
     })?;
     let path = folder.path().join(format!("islands-{}.tiles", sites.len()));
-    let mut rates = [Vec::new(), Vec::new()];
+    let mut rates = [Vec::new(), Vec::new(), Vec::new()];
     for round in 0..arguments.rounds {
-        // Neither is always the first.
-        for threads in if round % 2 == 0 { [1, 2] } else { [2, 1] } {
-            rates[threads - 1].push(throughput(threads, &path, &from)?);
+        // None is always the first.
+        for way in (0..3).map(|way| (way + round) % 3) {
+            rates[way].push(match way {
+                0 => throughput(1, &path, &from)?,
+                1 => throughput(2, &path, &from)?,
+                _ => apart(&path, &from)?,
+            });
         }
     }
-    let [one, two] = rates.map(|mut rates| median(&mut rates));
+    let [one, two, apart] = rates.map(|mut rates| median(&mut rates));
     println!(
-        "\n10 nearest of 1,000 sites on indonesia_ne10m: {one:.0} queries a second on one thread, {two:.0} on two: {:.2} times",
-        two / one
+        "\n10 nearest of 1,000 sites on indonesia_ne10m: {one:.0} queries a second on one thread, {two:.0} on two: {:.2} times; \
+         {apart:.0} on two that share nothing: {:.2} times",
+        two / one,
+        apart / one
     );
     Ok(())
 }
