@@ -1,0 +1,80 @@
+//! Rounds of an attack, one after the other, and what came of them.
+
+use std::collections::BTreeMap;
+use std::env;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use anyhow::ensure;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+/// What every round needs.
+pub struct Context {
+    /// The program `tiletool`.
+    pub tool: PathBuf,
+}
+
+impl Context {
+    /// With this tool, or the one in the folder of this program.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn new(tool: Option<PathBuf>) -> anyhow::Result<Self> {
+        let tool = match tool {
+            Some(tool) => tool.canonicalize()?,
+            None => env::current_exe()?.with_file_name("tiletool"),
+        };
+        ensure!(
+            tool.is_file(),
+            "{}: there is no tool; build it in the same profile, or name it with --tool",
+            tool.display()
+        );
+        Ok(Self { tool })
+    }
+}
+
+/// What a round counted, by name: `("triangulations", 12)`.
+pub type Counts = Vec<(&'static str, u64)>;
+
+/// One round of an attack: what it counted, or what did not hold.
+pub type Round = fn(&Context, ChaCha8Rng) -> anyhow::Result<Counts>;
+
+/// What came of an attack's rounds.
+#[derive(Default)]
+pub struct Report {
+    rounds: u64,
+    failed: u64,
+    counts: BTreeMap<&'static str, u64>,
+}
+
+impl Report {
+    /// Runs rounds until the time or their number ends.
+    pub fn of(context: &Context, round: Round, seed: u64, seconds: u64, most: Option<u64>, name: &str) -> Self {
+        let end = Instant::now() + Duration::from_secs(seconds);
+        let mut report = Self::default();
+        let is_over = |rounds| most.map_or(rounds > 0 && Instant::now() >= end, |most| rounds >= most);
+        while !is_over(report.rounds) {
+            let seed = seed + report.rounds;
+            report.rounds += 1;
+            match round(context, ChaCha8Rng::seed_from_u64(seed)) {
+                Ok(counts) => counts
+                    .into_iter()
+                    .for_each(|(name, count)| *report.counts.entry(name).or_default() += count),
+                Err(error) => {
+                    report.failed += 1;
+                    eprintln!("{name}: {error:#}\n  repeat it with: attacks {name} --seed {seed} --rounds 1");
+                }
+            }
+        }
+        report
+    }
+
+    /// Prints the totals in one line. Fails if a round failed.
+    pub fn print(&self, name: &str) -> ExitCode {
+        let counts: String = self.counts.iter().map(|(name, count)| format!(", {count} {name}")).collect();
+        println!("{name}: {} rounds{counts}, {} failed", self.rounds, self.failed);
+        ExitCode::from(u8::from(self.failed > 0))
+    }
+}

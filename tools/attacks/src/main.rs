@@ -1,0 +1,68 @@
+//! Seeded attacks on the library and the tool: each round of an attack makes its own input from its seed, and says what held.
+//!
+//! ```sh
+//! cargo build --release -p tiletool -p attacks
+//! target/release/attacks pslg --seed 1 --seconds 60
+//! ```
+//!
+//! `tools/campaign HOURS` runs all of them in turns and prints totals. A round that fails prints the command that repeats it.
+
+mod campaign;
+mod pslg;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, ValueEnum};
+
+use campaign::{Context, Report, Round};
+
+/// Attacks the library and the tool with random input, and checks what they answer.
+#[derive(Parser)]
+#[command(after_help = "Example: attacks pslg --seed 1 --seconds 60")]
+struct Args {
+    /// The attack.
+    attack: Attack,
+    /// Seed of the first round; each later round uses the next number.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Starts no round after this time.
+    #[arg(long, default_value_t = 10)]
+    seconds: u64,
+    /// Runs at most this number of rounds.
+    #[arg(long)]
+    rounds: Option<u64>,
+    /// The tool; by default the one beside this program.
+    #[arg(long)]
+    tool: Option<PathBuf>,
+}
+
+/// The attacks, in the order in which `tools/campaign` runs them.
+#[derive(Clone, Copy, ValueEnum)]
+enum Attack {
+    /// Random PSLGs, checked by brute force.
+    Pslg,
+}
+
+impl Attack {
+    /// The function that runs one round.
+    fn round(self) -> Round {
+        match self {
+            Self::Pslg => pslg::round,
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    let name = args.attack.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned());
+    let context = match Context::new(args.tool) {
+        Ok(context) => context,
+        Err(error) => {
+            eprintln!("attacks: {error:#}");
+            return ExitCode::FAILURE;
+        }
+    };
+    let report = Report::of(&context, args.attack.round(), args.seed, args.seconds, args.rounds, &name);
+    report.print(&name)
+}
