@@ -48,6 +48,8 @@ const UNUSED_SHARE: u64 = 8;
 pub(super) struct Given {
     pub(super) points: u64,
     pub(super) has_z: bool,
+    /// One more than the largest record number.
+    pub(super) next_record: u64,
     pub(super) description: Description,
     pub(super) has_obstacles: bool,
     pub(super) seeds: Vec<Point>,
@@ -156,6 +158,7 @@ impl Assembly {
             let saved = SavedPlan {
                 identity: self.options.identity(),
                 description: self.given.description.clone(),
+                next_record: self.given.next_record,
                 plan: plan.clone(),
             };
             let path = self.folder.plan();
@@ -437,6 +440,7 @@ impl Assembly {
             segments,
             z: Vec::new(),
             lines: Vec::new(),
+            new_records: 0,
             may_be_inverted: true,
             is_draft: true,
             threads: self.options.threads,
@@ -519,6 +523,7 @@ impl Assembly {
             crossings: self.given.crossings,
             borders: std::mem::take(&mut self.given.borders),
             lines: self.given.description.lines.clone(),
+            next_record: self.given.next_record,
             exterior_is_hole: self.options.exterior_is_hole,
             seeds: std::mem::take(&mut self.given.seeds),
             constraint_edges: states.iter().map(|state| state.constraint_edges).sum(),

@@ -95,6 +95,7 @@ impl Builder {
                 }
                 self.given.points = saved.plan.points;
                 self.given.has_z = saved.plan.has_z;
+                self.given.next_record = saved.next_record;
                 self.given.description = saved.description.clone();
                 self.intake = Intake::Resumed(Box::new(saved));
                 Ok(())
@@ -263,6 +264,7 @@ impl Builder {
             record = self.split_lines(record).await?;
         }
         self.given.first_site = record;
+        self.given.next_record = record + self.sites.count();
         self.given.has_z |= self.sites.has_z();
         for batch in self.sites.take_points(record) {
             self.intake.push(&batch, &self.terms).await?;

@@ -40,10 +40,12 @@ pub(super) struct SavedPlan {
     /// What the build was told: inputs, and options that decide what comes out.
     pub(super) identity: String,
     pub(super) description: Description,
+    /// One more than the largest record number of the points.
+    pub(super) next_record: u64,
     pub(super) plan: Plan,
 }
 
-const MAGIC: &[u8; 8] = b"dtplan01";
+const MAGIC: &[u8; 8] = b"dtplan02";
 
 impl SavedPlan {
     /// Writes the plan. It is whole under its name, or not there.
@@ -58,6 +60,7 @@ impl SavedPlan {
         });
         out.list(crs.as_slice(), |out, crs| out.text(crs));
         out.text(memo);
+        out.u64(self.next_record);
         put_tree(&mut out, &self.plan.tree);
         out.list(&self.plan.blocks, |out, block| {
             out.u64(block.points);
@@ -110,6 +113,7 @@ impl SavedPlan {
             memo: from.text()?,
             ..Description::default()
         };
+        let next_record = from.u64()?;
         let run = |from: &mut Decoder<'_>| {
             Some(Run {
                 number: from.u32()?,
@@ -134,6 +138,7 @@ impl SavedPlan {
         from.end(Self {
             identity,
             description,
+            next_record,
             plan,
         })
     }

@@ -26,6 +26,8 @@ pub struct LineSource {
     pub first: u64,
     /// How many lines came from it.
     pub lines: u64,
+    /// 0: the build. Else the number of the edit that added them, from 1 on.
+    pub edit: u32,
 }
 
 impl LineSource {
@@ -88,6 +90,9 @@ pub struct Metadata {
     /// The borders at which lines were split too, each from one place to another; see
     /// [`Steiner::Borders`](crate::build::Steiner::Borders).
     pub borders: Vec<[Point; 2]>,
+    /// One more than the largest record number that was ever given to a point, to the end of a segment, to a crossing point or to a
+    /// site. Edits number the ends of their segments from here on.
+    pub next_record: u64,
 }
 
 impl Default for Metadata {
@@ -116,6 +121,7 @@ impl Default for Metadata {
             exterior_is_hole: false,
             seeds: Vec::new(),
             borders: Vec::new(),
+            next_record: 0,
         }
     }
 }
@@ -174,6 +180,7 @@ impl Metadata {
             exterior_is_hole: self.exterior_is_hole,
             seeds,
             borders,
+            next_record: self.next_record,
         };
         schema::Directory::create(builder, &args)
     }
@@ -188,6 +195,7 @@ impl Metadata {
                     kind: source.kind.to_code(),
                     first: source.first,
                     lines: source.lines,
+                    edit: source.edit,
                 };
                 schema::LineSource::create(builder, &args)
             })
@@ -232,6 +240,7 @@ impl Metadata {
                 (borders, []) => borders.to_vec(),
                 _ => return Err("its borders are no pairs of places".to_owned()),
             },
+            next_record: root.next_record(),
         };
         // Others allocate by the number of regions, and the triangles are counted.
         let counts = [this.spanning_regions, this.regions, this.triangles];
@@ -270,7 +279,7 @@ fn decode_places(places: Option<Vector<'_, schema::Place>>) -> Vec<Point> {
 /// The files that lines came from, whose lines are numbered through.
 fn decode_lines(root: schema::Directory<'_>) -> Result<Vec<LineSource>, String> {
     let mut lines = Vec::new();
-    let mut end = 0u64;
+    let (mut end, mut edit) = (0u64, 0);
     for source in root.lines().into_iter().flatten() {
         let kind = LineKind::from_code(source.kind());
         let kind = kind.ok_or_else(|| format!("lines of kind {} are unknown", source.kind()))?;
@@ -279,11 +288,19 @@ fn decode_lines(root: schema::Directory<'_>) -> Result<Vec<LineSource>, String> 
             return Err(format!("the lines of {} are not numbered from {end} on", source.name()));
         };
         end = after;
+        if source.edit() < edit {
+            return Err(format!(
+                "the lines of {} come before those of an earlier edit",
+                source.name()
+            ));
+        }
+        edit = source.edit();
         lines.push(LineSource {
             name: source.name().to_owned(),
             kind,
             first: source.first(),
             lines: source.lines(),
+            edit: source.edit(),
         });
     }
     Ok(lines)
@@ -311,6 +328,7 @@ mod tests {
             kind: LineKind::Wall,
             first,
             lines,
+            edit: u32::from(first > 0),
         }
     }
 
@@ -326,6 +344,7 @@ mod tests {
             lines: vec![lines(0, 7), lines(7, 0), lines(7, 1)],
             exterior_is_hole: true,
             seeds: vec![Point::new(1.0, 2.0), Point::new(-0.5, 0.0)],
+            next_record: 1 << 40,
             ..Metadata::default()
         }
     }
@@ -338,7 +357,7 @@ mod tests {
 
     #[test]
     fn absurd_counts_lines_and_seeds_are_refused() {
-        let faults: [fn(&mut Metadata); 9] = [
+        let faults: [fn(&mut Metadata); 10] = [
             |m| m.spanning_regions = 10,
             |m| m.regions = 101,
             |m| m.hole_regions = 10,
@@ -346,6 +365,7 @@ mod tests {
             |m| m.lines[0].first = 1,
             |m| m.lines[2].first = 8,
             |m| m.lines[0].lines = u64::MAX,
+            |m| m.lines[0].edit = 2,
             |m| m.seeds[1].x = f64::NAN,
             |m| m.seeds[0].y = 1e300,
         ];

@@ -49,6 +49,7 @@ async fn edit(scratch: &Scratch, memory: u64, segments: &[SegmentBatch]) -> Resu
         kind: LineKind::Wall,
         first: 0,
         lines: segments.len() as u64,
+        edit: 0,
     }]);
     editor.finish().await.map(|_| ())
 }

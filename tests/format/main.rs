@@ -194,13 +194,15 @@ async fn compare(file: &File, bytes: Vec<u8>) {
     ];
     assert_eq!(counts, d.counts);
     let kinds = [LineKind::BreakLine, LineKind::Wall, LineKind::Obstacle];
-    let lines = d.lines.iter().map(|(name, kind, first, lines)| LineSource {
+    let lines = d.lines.iter().map(|(name, kind, first, lines, edit)| LineSource {
         name: name.clone(),
         kind: kinds[usize::from(*kind)],
         first: *first,
         lines: *lines,
+        edit: *edit as u32,
     });
     assert_eq!(m.lines, lines.collect::<Vec<_>>());
+    assert_eq!(m.next_record, d.next_record);
     assert_eq!((m.exterior_is_hole, &m.seeds), (d.exterior_is_hole, &d.seeds));
     let mut owned = 0;
     for (number, expected) in file.tiles.iter().enumerate() {

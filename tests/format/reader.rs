@@ -29,7 +29,8 @@ pub struct Directory {
     /// Regions, spanning regions, regions that are holes, triangles in holes, sites, crossings.
     pub counts: [u64; 6],
     /// Name, kind, first, count.
-    pub lines: Vec<(String, u8, u64, u64)>,
+    pub lines: Vec<(String, u8, u64, u64, u64)>,
+    pub next_record: u64,
     pub exterior_is_hole: bool,
     pub seeds: Vec<Point>,
 }
@@ -309,7 +310,14 @@ fn read_directory<'b>(page: &Page, root: &[u8], mut pages: &'b [u8]) -> (Directo
     let line = |of: Table<'_>| {
         let slot = |field| page.slot("LineSource", field);
         let name = of.string(slot("name")).unwrap().to_owned();
-        (name, of.u8(slot("kind")), of.u64(slot("first")), of.u64(slot("lines")))
+        let edit = of.u32(slot("edit"));
+        (
+            name,
+            of.u8(slot("kind")),
+            of.u64(slot("first")),
+            of.u64(slot("lines")),
+            u64::from(edit),
+        )
     };
     let seeds = table
         .vector(slot("seeds"))
@@ -337,6 +345,7 @@ fn read_directory<'b>(page: &Page, root: &[u8], mut pages: &'b [u8]) -> (Directo
         constraint_edges: table.u64(slot("constraint_edges")),
         counts: counts.map(|f| table.u64(slot(f))),
         lines: table.tables(slot("lines")).into_iter().map(line).collect(),
+        next_record: table.u64(slot("next_record")),
         exterior_is_hole: table.u8(slot("exterior_is_hole")) != 0,
         seeds: seeds
             .unwrap_or_default()

@@ -274,6 +274,7 @@ impl Scene {
             kind: *kind,
             first,
             lines: 1,
+            edit: 0,
         });
         builder.describe(Description {
             lines: lines.collect(),

@@ -178,6 +178,8 @@ pub struct Editor {
     memory: u64,
     /// The lines that there were before.
     first_line: u64,
+    /// The number of this edit, from 1 on.
+    number: u32,
     lines: Vec<LineSource>,
     segments: Vec<Segment>,
     /// z at their ends, as far as any have one.
@@ -198,6 +200,7 @@ impl Editor {
         }
         Ok(Self {
             first_line: metadata.lines.last().map_or(0, |last| last.first + last.lines),
+            number: metadata.lines.last().map_or(0, |last| last.edit).saturating_add(1),
             target,
             memory,
             lines: Vec::new(),
@@ -214,9 +217,10 @@ impl Editor {
 
     /// Says which files the lines come from, in the order of their numbers from 0 on.
     pub fn add_sources(&mut self, sources: Vec<LineSource>) {
-        let first_line = self.first_line;
+        let (first_line, edit) = (self.first_line, self.number);
         let numbered = sources.into_iter().map(|source| LineSource {
             first: first_line + source.first,
+            edit,
             ..source
         });
         self.lines.extend(numbered);
@@ -264,6 +268,7 @@ impl Editor {
             ..
         } = self;
         let work = Work {
+            new_records: 2 * segments.len() as u64,
             segments,
             z,
             lines,
@@ -283,6 +288,8 @@ pub(super) struct Work {
     pub(super) z: Vec<[f64; 2]>,
     /// Lines that are new, to be entered in the directory.
     pub(super) lines: Vec<LineSource>,
+    /// Record numbers for the ends of the segments, in order; 0 if their ends were vertices before.
+    pub(super) new_records: u64,
     /// Whether regions may be inside out. If they may not and are, the file stays as it was.
     pub(super) may_be_inverted: bool,
     /// Whether nobody relies on the file yet, so that it need not be on the medium when this is done.
@@ -368,6 +375,7 @@ fn edit_here(
         metadata.triangles = entries.iter().map(|tile| u64::from(tile.owned_triangles)).sum();
         metadata.hull_edges = hull_edges(metadata.vertices, metadata.triangles);
         metadata.ends += vertices;
+        metadata.next_record = metadata.next_record.saturating_add(work.new_records);
         metadata.constraint_edges = constraint_edges;
         metadata.regions = regions;
         metadata.spanning_regions = spanning;
@@ -399,7 +407,7 @@ type End = (TileId, Point, u32);
 /// Finds the vertices at the ends of segments, and makes some where there are none. Returns all, in order, and how many are new.
 fn find_ends(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> Result<(Vec<Vertex>, u64), EditError> {
     let metadata = &tiles.directory().metadata;
-    let mut next_record = metadata.points + metadata.ends;
+    let first_record = metadata.next_record;
     let tree = tiles.directory().tree.clone();
     let no_vertex = |place: Point| EditError::Internal(format!("there is no vertex at ({}, {})", place.x, place.y));
     let mut ends: Vec<End> = Vec::with_capacity(2 * work.segments.len());
@@ -429,8 +437,7 @@ fn find_ends(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> R
         missing.dedup_by(|a, b| a.1 == b.1);
         if !missing.is_empty() {
             drop(tile);
-            add_vertices(tiles, work, &missing, next_record)?;
-            next_record += missing.len() as u64;
+            add_vertices(tiles, work, &missing, first_record)?;
             added += missing.len() as u64;
             tile = tiles.get(id)?;
             numbers = numbers_in(&tile);
@@ -442,21 +449,19 @@ fn find_ends(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> R
     Ok((found.into_iter().flatten().collect(), added))
 }
 
-/// Makes vertices of ends in one tile, each at another place, with record numbers from this one on.
+/// Makes vertices of ends in one tile, each at another place. The ends of all segments have the record numbers from
+/// `first_record` on, in order.
 fn add_vertices(tiles: &mut Tiles, work: &Work, ends: &[End], first_record: u64) -> Result<(), EditError> {
     let z_of = |end: u32| {
         let z = work.z.get(end as usize / 2).map_or(NO_Z, |z| z[end as usize % 2]);
         if z.is_nan() { 0.0 } else { z }
     };
-    let new = ends
-        .iter()
-        .zip(first_record..)
-        .map(|(&(_, point, end), record)| NewVertex {
-            point,
-            z: z_of(end),
-            record,
-            line: work.segments[end as usize / 2].source.number(),
-        });
+    let new = ends.iter().map(|&(_, point, end)| NewVertex {
+        point,
+        z: z_of(end),
+        record: first_record.saturating_add(end.into()),
+        line: work.segments[end as usize / 2].source.number(),
+    });
     vertices::add(tiles, ends[0].0, new.collect())
 }
 

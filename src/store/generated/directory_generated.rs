@@ -1325,6 +1325,7 @@ pub mod delaunay_tiles {
             pub const VT_KIND: ::flatbuffers::VOffsetT = 6;
             pub const VT_FIRST: ::flatbuffers::VOffsetT = 8;
             pub const VT_LINES: ::flatbuffers::VOffsetT = 10;
+            pub const VT_EDIT: ::flatbuffers::VOffsetT = 12;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -1338,6 +1339,7 @@ pub mod delaunay_tiles {
                 let mut builder = LineSourceBuilder::new(_fbb);
                 builder.add_lines(args.lines);
                 builder.add_first(args.first);
+                builder.add_edit(args.edit);
                 if let Some(x) = args.name {
                     builder.add_name(x);
                 }
@@ -1379,6 +1381,14 @@ pub mod delaunay_tiles {
                 // which contains a valid value in this slot
                 unsafe { self._tab.get::<u64>(LineSource::VT_LINES, Some(0)).unwrap() }
             }
+            /// 0: the build. Else the number of the edit that added the lines, from 1 on.
+            #[inline]
+            pub fn edit(&self) -> u32 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u32>(LineSource::VT_EDIT, Some(0)).unwrap() }
+            }
         }
 
         impl ::flatbuffers::Verifiable for LineSource<'_> {
@@ -1392,6 +1402,7 @@ pub mod delaunay_tiles {
                     .visit_field::<u8>("kind", Self::VT_KIND, false)?
                     .visit_field::<u64>("first", Self::VT_FIRST, false)?
                     .visit_field::<u64>("lines", Self::VT_LINES, false)?
+                    .visit_field::<u32>("edit", Self::VT_EDIT, false)?
                     .finish();
                 Ok(())
             }
@@ -1401,6 +1412,7 @@ pub mod delaunay_tiles {
             pub kind: u8,
             pub first: u64,
             pub lines: u64,
+            pub edit: u32,
         }
         impl<'a> Default for LineSourceArgs<'a> {
             #[inline]
@@ -1410,6 +1422,7 @@ pub mod delaunay_tiles {
                     kind: 0,
                     first: 0,
                     lines: 0,
+                    edit: 0,
                 }
             }
         }
@@ -1437,6 +1450,10 @@ pub mod delaunay_tiles {
                 self.fbb_.push_slot::<u64>(LineSource::VT_LINES, lines, 0);
             }
             #[inline]
+            pub fn add_edit(&mut self, edit: u32) {
+                self.fbb_.push_slot::<u32>(LineSource::VT_EDIT, edit, 0);
+            }
+            #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> LineSourceBuilder<'a, 'b, A> {
                 let start = _fbb.start_table();
                 LineSourceBuilder {
@@ -1459,6 +1476,7 @@ pub mod delaunay_tiles {
                 ds.field("kind", &self.kind());
                 ds.field("first", &self.first());
                 ds.field("lines", &self.lines());
+                ds.field("edit", &self.edit());
                 ds.finish()
             }
         }
@@ -1510,6 +1528,7 @@ pub mod delaunay_tiles {
             pub const VT_EXTERIOR_IS_HOLE: ::flatbuffers::VOffsetT = 56;
             pub const VT_SEEDS: ::flatbuffers::VOffsetT = 58;
             pub const VT_BORDERS: ::flatbuffers::VOffsetT = 60;
+            pub const VT_NEXT_RECORD: ::flatbuffers::VOffsetT = 62;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -1521,6 +1540,7 @@ pub mod delaunay_tiles {
                 args: &'args DirectoryArgs<'args>,
             ) -> ::flatbuffers::WIPOffset<Directory<'bldr>> {
                 let mut builder = DirectoryBuilder::new(_fbb);
+                builder.add_next_record(args.next_record);
                 builder.add_crossings(args.crossings);
                 builder.add_sites(args.sites);
                 builder.add_hole_triangles(args.hole_triangles);
@@ -1829,6 +1849,14 @@ pub mod delaunay_tiles {
                         )
                 }
             }
+            /// One more than the largest record number that was ever given.
+            #[inline]
+            pub fn next_record(&self) -> u64 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u64>(Directory::VT_NEXT_RECORD, Some(0)).unwrap() }
+            }
         }
 
         impl ::flatbuffers::Verifiable for Directory<'_> {
@@ -1867,6 +1895,7 @@ pub mod delaunay_tiles {
      .visit_field::<bool>("exterior_is_hole", Self::VT_EXTERIOR_IS_HOLE, false)?
      .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, Place>>>("seeds", Self::VT_SEEDS, false)?
      .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, Place>>>("borders", Self::VT_BORDERS, false)?
+     .visit_field::<u64>("next_record", Self::VT_NEXT_RECORD, false)?
      .finish();
                 Ok(())
             }
@@ -1904,6 +1933,7 @@ pub mod delaunay_tiles {
             pub exterior_is_hole: bool,
             pub seeds: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, Place>>>,
             pub borders: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, Place>>>,
+            pub next_record: u64,
         }
         impl<'a> Default for DirectoryArgs<'a> {
             #[inline]
@@ -1938,6 +1968,7 @@ pub mod delaunay_tiles {
                     exterior_is_hole: false,
                     seeds: None,
                     borders: None,
+                    next_record: 0,
                 }
             }
         }
@@ -2087,6 +2118,10 @@ pub mod delaunay_tiles {
                     .push_slot_always::<::flatbuffers::WIPOffset<_>>(Directory::VT_BORDERS, borders);
             }
             #[inline]
+            pub fn add_next_record(&mut self, next_record: u64) {
+                self.fbb_.push_slot::<u64>(Directory::VT_NEXT_RECORD, next_record, 0);
+            }
+            #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> DirectoryBuilder<'a, 'b, A> {
                 let start = _fbb.start_table();
                 DirectoryBuilder {
@@ -2135,6 +2170,7 @@ pub mod delaunay_tiles {
                 ds.field("exterior_is_hole", &self.exterior_is_hole());
                 ds.field("seeds", &self.seeds());
                 ds.field("borders", &self.borders());
+                ds.field("next_record", &self.next_record());
                 ds.finish()
             }
         }

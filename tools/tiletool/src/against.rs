@@ -9,7 +9,7 @@ use anyhow::{Context, bail};
 use delaunay_tiles::build::{LinesToSplit, SplitLines};
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{InputOptions, PointBatch, PointSource, SegmentBatch, SiteBatch};
-use delaunay_tiles::store::{EdgeSource, LineBatch, Metadata, TileReader};
+use delaunay_tiles::store::{EdgeSource, LineBatch, LineSource, Metadata, TileReader};
 
 use crate::common;
 use crate::lines::{LineArgs, Lines};
@@ -27,6 +27,8 @@ pub struct Against<'a> {
     pub options: InputOptions,
     /// Files of lines and sites.
     pub lines: &'a LineArgs,
+    /// The files that lines were added from, by the directory.
+    pub added: Vec<LineSource>,
     /// Bytes for segments between records, if there are any.
     pub memory: u64,
     /// Bytes for segments that are to be split.
@@ -105,7 +107,8 @@ impl Against<'_> {
         let room = if has_pairs { self.memory / SEGMENT_BYTES } else { 0 };
         Ok(Segments {
             against: self,
-            lines: self.lines.open(self.inputs)?,
+            lines: self.lines.open_as_added(self.inputs, &self.added)?,
+            last_edit: u32::MAX,
             read: SegmentBatch::default(),
             ready: LineBatch::default(),
             z: Vec::new(),
@@ -119,6 +122,7 @@ impl Against<'_> {
     fn split(&self, metadata: &Metadata) -> anyhow::Result<SplitLines> {
         let crossings = metadata.crossings;
         let (mut segments, mut batch) = (self.segments()?, LineBatch::default());
+        segments.last_edit = 0;
         let mut lines = LinesToSplit::new(self.split_memory).at_borders(&metadata.borders);
         while let Some(z) = segments.next_with_z(&mut batch)? {
             lines.push(&batch, z)?;
@@ -140,6 +144,7 @@ impl Against<'_> {
             bail!("points that lines are split at are read more than once; name a file instead of -");
         }
         let (mut places, mut batch) = (self.places(None)?, PointBatch::default());
+        places.last_edit = 0;
         while places.next_batch(&mut batch)? {
             batch.points.retain(|&point| within.contains(point));
             for point in &mut batch.points {
@@ -154,7 +159,8 @@ impl Against<'_> {
     fn places<'b>(&self, split: Option<&'b SplitLines>) -> anyhow::Result<Places<'b>> {
         Ok(Places {
             points: PointSource::open(self.inputs, &self.options)?,
-            lines: self.lines.open(self.inputs)?,
+            lines: self.lines.open_as_added(self.inputs, &self.added)?,
+            last_edit: u32::MAX,
             segments: SegmentBatch::default(),
             sites: SiteBatch::default(),
             split,
@@ -169,11 +175,18 @@ impl Against<'_> {
         let verified = match split {
             None => reader.verify_lines(|batch| segments.next_batch(batch)).await,
             Some(split) => {
-                // They are read to the end to count them, and for the names of their lines.
+                // Those of the build are read to count them, and for the names of their lines.
+                segments.last_edit = 0;
                 while segments.next_batch(&mut LineBatch::default())? {}
+                segments.last_edit = u32::MAX;
                 let mut pieces = split.pieces();
-                let next = |batch: &mut LineBatch| -> anyhow::Result<bool> {
-                    Ok(pieces.next().map(|pieces| *batch = pieces).is_some())
+                // An edit does not split lines.
+                let next = |batch: &mut LineBatch| match pieces.next() {
+                    Some(pieces) => {
+                        *batch = pieces;
+                        Ok(true)
+                    }
+                    None => segments.next_batch(batch),
                 };
                 reader.verify_lines(next).await
             }
@@ -187,7 +200,7 @@ impl Against<'_> {
     }
 
     async fn compare_sites(&self, reader: &TileReader) -> anyhow::Result<u64> {
-        let mut lines = self.lines.open(self.inputs)?;
+        let mut lines = self.lines.open_as_added(self.inputs, &self.added)?;
         Ok(reader.verify_sites(|batch| lines.next_sites(batch)).await?.sites)
     }
 }
@@ -198,10 +211,13 @@ pub fn is_split(reader: &TileReader) -> bool {
     metadata.crossings > 0 || !metadata.borders.is_empty()
 }
 
-/// All that lies at vertices: points, ends of segments, points where these cross, and sites, numbered one behind the other.
+/// All that lies at vertices, numbered one behind the other: points, ends of the build's segments, points where these cross, sites,
+/// and ends of the segments of each edit.
 struct Places<'a> {
     points: PointSource,
     lines: Lines,
+    /// The last edit whose lines belong to them.
+    last_edit: u32,
     segments: SegmentBatch,
     sites: SiteBatch,
     split: Option<&'a SplitLines>,
@@ -219,14 +235,19 @@ impl Places<'_> {
         }
         batch.clear();
         while batch.is_empty() {
-            if self.lines.next_batch(&mut self.segments)?.is_some() {
-                batch.points.extend_from_slice(self.segments.ends.as_flattened());
-                batch.z.extend_from_slice(self.segments.z.as_flattened());
+            if self.lines.next_batch_until(0, &mut self.segments)?.is_some() {
+                self.take_ends(batch);
             } else if let Some(points) = self.next_crossing_points() {
                 *batch = points;
             } else if self.lines.next_sites(&mut self.sites)? {
                 batch.points.extend_from_slice(&self.sites.points);
                 batch.z.extend_from_slice(&self.sites.z);
+            } else if self
+                .lines
+                .next_batch_until(self.last_edit, &mut self.segments)?
+                .is_some()
+            {
+                self.take_ends(batch);
             } else {
                 return Ok(false);
             }
@@ -236,6 +257,11 @@ impl Places<'_> {
         batch.records.extend(self.next_record..next);
         self.next_record = next;
         Ok(true)
+    }
+
+    fn take_ends(&self, batch: &mut PointBatch) {
+        batch.points.extend_from_slice(self.segments.ends.as_flattened());
+        batch.z.extend_from_slice(self.segments.z.as_flattened());
     }
 
     fn next_crossing_points(&mut self) -> Option<PointBatch> {
@@ -250,6 +276,8 @@ impl Places<'_> {
 struct Segments<'a> {
     against: &'a Against<'a>,
     lines: Lines,
+    /// The last edit whose segments are handed out.
+    last_edit: u32,
     /// What was read last.
     read: SegmentBatch,
     /// Segments that are handed out next, of which so many were; and z at their ends, or NaN.
@@ -286,7 +314,7 @@ impl Segments<'_> {
 
     /// Reads segments: a few, or as many as there is room for if points are to be read for them.
     fn fill(&mut self) -> anyhow::Result<()> {
-        while let Some((kind, first)) = self.lines.next_batch(&mut self.read)? {
+        while let Some((kind, first)) = self.lines.next_batch_until(self.last_edit, &mut self.read)? {
             let SegmentBatch {
                 ends,
                 z,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use delaunay_tiles::build::{BuildError, Builder, Crossings, Editor, Inverted, Steiner};
 use delaunay_tiles::geometry::Point;
@@ -92,6 +92,8 @@ struct Set {
     kind: LineKind,
     /// The number of its first line, once it is begun.
     first: u64,
+    /// 0: the build. Else the number of the edit that added them.
+    edit: u32,
     source: Source,
 }
 
@@ -176,6 +178,7 @@ impl LineArgs {
             sets.push(Set {
                 kind,
                 first: u64::MAX,
+                edit: 0,
                 source,
             });
         };
@@ -215,6 +218,72 @@ impl LineArgs {
     }
 }
 
+impl LineArgs {
+    /// Opens the files in the order in which their lines were added to a tile file, whose directory says `added`: lines of the
+    /// build first, then those of each edit. Within a kind the files are given in that order.
+    ///
+    /// # Errors
+    /// If there are edits, and the number of files of a kind is not the number of those that were added.
+    pub fn open_as_added(&self, inputs: &[PathBuf], added: &[LineSource]) -> anyhow::Result<Lines> {
+        if added.iter().all(|source| source.edit == 0) {
+            return self.open(inputs);
+        }
+        let polys = inputs.iter().filter(|path| is_poly(path)).count();
+        let given = [
+            (LineKind::BreakLine, "--segments", &self.files.segments, 0),
+            (LineKind::Wall, "--walls", &self.files.walls, polys),
+            (LineKind::Obstacle, "--obstacles", &self.files.obstacles, 0),
+        ];
+        let mut of_build = self.clone();
+        let mut of_edits = Vec::new();
+        for (kind, option, files, polys) in given {
+            let of_kind: Vec<LineSource> = added.iter().filter(|source| source.kind == kind).cloned().collect();
+            if of_kind.len() != files.len() + polys {
+                bail!(
+                    "lines were added to it from {} files of {kind}s, and {option} names {}; name all files, in the order in \
+                     which they were added",
+                    of_kind.len(),
+                    files.len() + polys
+                );
+            }
+            let built = of_kind
+                .iter()
+                .filter(|source| source.edit == 0)
+                .count()
+                .saturating_sub(polys);
+            let (first, later) = files.split_at(built.min(files.len()));
+            *of_build.files.of_kind(kind) = first.to_vec();
+            of_edits.extend(later.iter().zip(of_kind.into_iter().skip(built + polys)));
+        }
+        of_edits.sort_by_key(|(_, source): &(_, LineSource)| source.first);
+        let mut lines = of_build.open(inputs)?;
+        for (file, source) in of_edits {
+            let files = std::slice::from_ref(file);
+            let files = match source.kind {
+                LineKind::Obstacle => SegmentSource::open_obstacles(files)?,
+                _ => SegmentSource::open(files)?,
+            };
+            lines.sets.push(Set {
+                kind: source.kind,
+                first: u64::MAX,
+                edit: source.edit,
+                source: Source::Files(files),
+            });
+        }
+        Ok(lines)
+    }
+}
+
+impl LineFiles {
+    fn of_kind(&mut self, kind: LineKind) -> &mut Vec<PathBuf> {
+        match kind {
+            LineKind::BreakLine => &mut self.segments,
+            LineKind::Wall => &mut self.walls,
+            LineKind::Obstacle => &mut self.obstacles,
+        }
+    }
+}
+
 fn is_poly(path: &Path) -> bool {
     let name = path.to_string_lossy().to_ascii_lowercase();
     name.ends_with(".poly") || name.ends_with(".poly.gz")
@@ -223,7 +292,16 @@ fn is_poly(path: &Path) -> bool {
 impl Lines {
     /// Fills the batch with the next segments. Returns their kind, and the number of the first line of these files.
     pub fn next_batch(&mut self, batch: &mut SegmentBatch) -> anyhow::Result<Option<(LineKind, u64)>> {
-        while let Some(set) = self.sets.get_mut(self.done) {
+        self.next_batch_until(u32::MAX, batch)
+    }
+
+    /// The same, but only for lines of the build and of edits up to number `last_edit`.
+    pub fn next_batch_until(
+        &mut self,
+        last_edit: u32,
+        batch: &mut SegmentBatch,
+    ) -> anyhow::Result<Option<(LineKind, u64)>> {
+        while let Some(set) = self.sets.get_mut(self.done).filter(|set| set.edit <= last_edit) {
             set.first = self.lines;
             match &mut set.source {
                 Source::Files(files) => {
@@ -323,6 +401,7 @@ impl Lines {
                     kind: set.kind,
                     first,
                     lines,
+                    edit: set.edit,
                 });
                 first += lines;
             };

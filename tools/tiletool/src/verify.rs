@@ -145,14 +145,16 @@ pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
 }
 
 async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
-    let against = Against {
+    let mut against = Against {
         inputs: &args.against,
         options: args.input.options(),
         lines: &args.lines,
+        added: Vec::new(),
         memory: args.memory.bytes() / 8,
         split_memory: args.memory.bytes() / 2,
     };
     let mut reader = args.memory.open_beside(&args.file, against.byte_size()).await?;
+    against.added = reader.directory().metadata.lines.clone();
     let is_split = against::is_split(&reader) && !against.is_empty();
     if is_split {
         let others = against.byte_size() + against.split_memory;

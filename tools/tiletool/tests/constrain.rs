@@ -94,3 +94,96 @@ fn an_edit_that_is_killed_at_any_moment_happened_or_not() {
     }
     assert!(seen[0] > 0, "{seen:?}");
 }
+
+/// A folder with these files.
+fn folder_with(files: &[(&str, &str)]) -> tempfile::TempDir {
+    let scratch = tempfile::tempdir().unwrap();
+    for (name, text) in files {
+        fs::write(scratch.path().join(name), text).unwrap();
+    }
+    scratch
+}
+
+/// `verify` called files wrong that `constrain` had changed. An edit numbered the ends of its lines from the number of vertices on,
+/// whereas a build counts two records for each segment; and `verify` read all break lines before all walls, whichever had been
+/// added first. Now an edit continues the numbers of the file, and `verify` follows the order in which lines were added.
+#[test]
+fn verify_with_all_inputs_accepts_what_edits_made() {
+    let files = [
+        ("p.csv", "0,0\n9,0\n0,9\n9,9\n2,1\n"),
+        ("b.csv", "0,0,2,1\n"),
+        ("n.csv", "1,3,3,3\n"),
+        ("wall.csv", "1,1,3,2\n2,1,4,1\n"),
+        ("seg.csv", "1,3,3,3\n2,5,3,3\n"),
+        ("cross.csv", "5,1,8,4\n5,4,8,1\n"),
+        (
+            "house.geojson",
+            r#"{"type":"Polygon","coordinates":[[[5,5],[7,5],[7,7],[5,7],[5,5]]]}"#,
+        ),
+        ("sites.csv", "8,8,a\n0.5,8,b\n"),
+    ];
+    // A build, the edits after it, and how all of it is given to `verify`, which names files of a kind in the order of time.
+    for (build, edits, verify) in [
+        // A segment whose ends are points counts two records all the same.
+        (
+            "--segments b.csv",
+            ["--segments n.csv"].as_slice(),
+            "--segments b.csv --segments n.csv",
+        ),
+        // Break lines after walls.
+        (
+            "--walls wall.csv",
+            &["--segments seg.csv"],
+            "--walls wall.csv --segments seg.csv",
+        ),
+        (
+            "--walls wall.csv",
+            &["--segments seg.csv"],
+            "--segments seg.csv --walls wall.csv",
+        ),
+        // Sites, lines that were split, and edits of several kinds, one after the other.
+        (
+            "--segments cross.csv --crossings split --sites sites.csv",
+            &[
+                "--walls n.csv --obstacles house.geojson",
+                "--segments b.csv",
+                "--walls wall.csv",
+            ],
+            "--segments cross.csv --sites sites.csv --walls n.csv --obstacles house.geojson --segments b.csv --walls wall.csv",
+        ),
+    ] {
+        let scratch = folder_with(&files);
+        let folder = scratch.path();
+        run(folder, &format!("build p.csv {build} -o x.tiles"));
+        for edit in edits {
+            run(folder, &format!("constrain x.tiles {edit}"));
+        }
+        let verify = format!("verify --deep x.tiles --against p.csv {verify}");
+        run(folder, &verify);
+        run(folder, "compact x.tiles");
+        run(folder, &verify);
+        // What was not added is no input of it.
+        let error = fails(folder, 1, &format!("{verify} --segments wall.csv"));
+        assert!(error.contains("--segments names"), "{error}");
+    }
+}
+
+/// The points come from a .poly file, whose segments are walls of the build; the walls of an edit come behind them.
+#[test]
+fn verify_accepts_edits_of_a_file_whose_walls_came_with_its_points() {
+    let scratch = folder_with(&[("wall.csv", "0.5,0.5,1.5,1.5\n"), ("first.csv", "1,0.5,1.5,0.5\n")]);
+    let folder = scratch.path();
+    let poly = "5 2 0 0\n1 0 0\n2 4 0\n3 4 4\n4 0 4\n5 2 2\n2 0\n1 1 2\n2 3 4\n0\n";
+    fs::write(folder.join("square.poly"), poly).unwrap();
+    run(folder, "build square.poly --walls first.csv -o x.tiles");
+    run(folder, "constrain x.tiles --walls wall.csv");
+    run(
+        folder,
+        "verify --deep x.tiles --against square.poly --walls first.csv --walls wall.csv",
+    );
+    fails(
+        folder,
+        1,
+        "verify x.tiles --against square.poly --walls wall.csv --walls first.csv",
+    );
+}

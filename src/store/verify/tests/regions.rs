@@ -152,6 +152,7 @@ impl Town {
                 kind,
                 first,
                 lines,
+                edit: 0,
             });
         }
         for (tile, number) in model.tiles.iter_mut().zip(0..) {
