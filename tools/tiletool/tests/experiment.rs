@@ -271,6 +271,26 @@ fn who_sees_whom_is_drawn() {
     assert!(picture("triangulation.svg").contains(", 0 edges that are no walls<"));
 }
 
+/// Four houses around a point: no free ground touches it. An experiment once ended with "lies in an obstacle", since it asked what
+/// every vertex sees (found on a map of buildings that share walls).
+#[test]
+fn a_vertex_that_touching_obstacles_enclose_sees_nothing() {
+    let scratch = tempfile::tempdir().unwrap();
+    let houses = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| {
+        let (right, top) = (x + 1, y + 1);
+        format!("[[[{x},{y}],[{right},{y}],[{right},{top}],[{x},{top}],[{x},{y}]]]")
+    });
+    let houses = format!(r#"{{"type": "MultiPolygon", "coordinates": [{}]}}"#, houses.join(","));
+    fs::write(scratch.path().join("houses.geojson"), houses).unwrap();
+    run(
+        scratch.path(),
+        "experiment stretch houses.geojson --pairs 20 -o results",
+    );
+    let picture = fs::read_to_string(scratch.path().join("results/visibility.svg")).unwrap();
+    // Eight vertices lie around the block; each sees its neighbours, and those on the same side.
+    assert!(picture.contains(">12 pairs of vertices see each other<"), "{picture}");
+}
+
 #[test]
 fn what_cannot_be_is_told_before_anything_is_measured() {
     let scratch = tempfile::tempdir().unwrap();

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use anyhow::Context;
 use delaunay_tiles::geometry::{Point, Rect};
-use delaunay_tiles::query::{PathOutcome, QueryOptions};
+use delaunay_tiles::query::{PathOutcome, QueryError, QueryOptions};
 use delaunay_tiles::store::{TileReader, VertexId};
 use futures::{StreamExt, TryStreamExt, stream};
 
@@ -225,7 +225,13 @@ async fn sights(reader: &TileReader, points: &[Point], at_once: usize) -> anyhow
         let task = tokio::spawn(async move {
             let mut found = reader.vertices_by_distance(from, QueryOptions::default());
             let (mut seen, mut source) = (Vec::new(), None);
-            while let Some(next) = found.try_next().await? {
+            loop {
+                let next = match found.try_next().await {
+                    Ok(Some(next)) => next,
+                    // Obstacles that touch may enclose a vertex: it sees nothing.
+                    Ok(None) | Err(QueryError::InsideObstacle { .. }) => break,
+                    Err(error) => return Err(error.into()),
+                };
                 let to = next.vertex.point;
                 if to == from {
                     source = Some(next.vertex.id);
