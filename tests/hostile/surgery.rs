@@ -3,7 +3,7 @@
 use crc32c::crc32c;
 use xxhash_rust::xxh3::xxh3_128;
 
-use crate::support::flat::{Table, u32_at, u64_at};
+use super::support::flat::{Table, u32_at, u64_at};
 
 /// Places of fields that `schema/FORMAT.md` names; `tests/format` holds them to the code.
 const PAGES: usize = 13;

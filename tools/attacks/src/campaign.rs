@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::env;
-use std::path::PathBuf;
-use std::process::ExitCode;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
-use anyhow::ensure;
+use anyhow::{Context as _, ensure};
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
 
 /// What every round needs.
 pub struct Context {
@@ -33,6 +33,25 @@ impl Context {
         );
         Ok(Self { tool })
     }
+
+    /// Runs the tool in a folder, with arguments that have blanks between them. Returns what it prints.
+    ///
+    /// # Errors
+    /// If it fails; the error holds what it complains of.
+    pub fn run(&self, folder: &Path, args: &str) -> anyhow::Result<String> {
+        let mut command = Command::new(&self.tool);
+        command.current_dir(folder).args(args.split(' ')).stdin(Stdio::null());
+        let output = command.output().with_context(|| self.tool.display().to_string())?;
+        let errors = String::from_utf8_lossy(&output.stderr);
+        ensure!(output.status.success(), "tiletool {args}: {}: {errors}", output.status);
+        Ok(String::from_utf8(output.stdout)?)
+    }
+}
+
+/// A random number below `end`, which is small beside 2⁶⁴.
+pub fn below(random: &mut ChaCha8Rng, end: u64) -> u64 {
+    let wide = u128::from(random.next_u64()) * u128::from(end);
+    (wide >> 64) as u64
 }
 
 /// What a round counted, by name: `("triangulations", 12)`.
@@ -73,7 +92,11 @@ impl Report {
 
     /// Prints the totals in one line. Fails if a round failed.
     pub fn print(&self, name: &str) -> ExitCode {
-        let counts: String = self.counts.iter().map(|(name, count)| format!(", {count} {name}")).collect();
+        let counts: String = self
+            .counts
+            .iter()
+            .map(|(name, count)| format!(", {count} {name}"))
+            .collect();
         println!("{name}: {} rounds{counts}, {} failed", self.rounds, self.failed);
         ExitCode::from(u8::from(self.failed > 0))
     }

@@ -7,6 +7,7 @@
 //!
 //! `tools/campaign HOURS` runs all of them in turns and prints totals. A round that fails prints the command that repeats it.
 
+mod bytes;
 mod campaign;
 mod pslg;
 
@@ -42,6 +43,8 @@ struct Args {
 enum Attack {
     /// Random PSLGs, checked by brute force.
     Pslg,
+    /// Tile files with changed bytes, with right checksums and with wrong ones.
+    Bytes,
 }
 
 impl Attack {
@@ -49,13 +52,17 @@ impl Attack {
     fn round(self) -> Round {
         match self {
             Self::Pslg => pslg::round,
+            Self::Bytes => bytes::round,
         }
     }
 }
 
 fn main() -> ExitCode {
     let args = Args::parse();
-    let name = args.attack.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned());
+    let name = args
+        .attack
+        .to_possible_value()
+        .map_or_else(String::new, |value| value.get_name().to_owned());
     let context = match Context::new(args.tool) {
         Ok(context) => context,
         Err(error) => {
@@ -63,6 +70,13 @@ fn main() -> ExitCode {
             return ExitCode::FAILURE;
         }
     };
-    let report = Report::of(&context, args.attack.round(), args.seed, args.seconds, args.rounds, &name);
+    let report = Report::of(
+        &context,
+        args.attack.round(),
+        args.seed,
+        args.seconds,
+        args.rounds,
+        &name,
+    );
     report.print(&name)
 }

@@ -9,7 +9,7 @@ mod surgery;
 
 /// Where `surgery` looks for it.
 mod support {
-    pub use crate::flat;
+    pub use super::flat;
 }
 
 use std::ops::Range;
@@ -43,7 +43,7 @@ fn runtime() -> tokio::runtime::Runtime {
 }
 
 /// A town of 400 points with a house, a fence and two shops, in tiles of at most 40.
-fn town() -> Patient {
+pub fn town() -> Patient {
     let path = std::env::temp_dir().join(format!("fuzz-{}.tiles", std::process::id()));
     let ring = |x: f64, y: f64, r: f64| {
         let corners = [(x - r, y - r), (x + r, y - r), (x + r, y + r), (x - r, y + r)].map(|(x, y)| Point::new(x, y));
