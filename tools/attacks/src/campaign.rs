@@ -60,6 +60,9 @@ pub type Counts = Vec<(&'static str, u64)>;
 /// One round of an attack: what it counted, or what did not hold.
 pub type Round = fn(&Context, ChaCha8Rng) -> anyhow::Result<Counts>;
 
+/// An attack ends after this number of rounds that failed: more say nothing new.
+const MOST_FAILED: u64 = 10;
+
 /// What came of an attack's rounds.
 #[derive(Default)]
 pub struct Report {
@@ -74,7 +77,7 @@ impl Report {
         let end = Instant::now() + Duration::from_secs(seconds);
         let mut report = Self::default();
         let is_over = |rounds| most.map_or(rounds > 0 && Instant::now() >= end, |most| rounds >= most);
-        while !is_over(report.rounds) {
+        while !is_over(report.rounds) && report.failed < MOST_FAILED {
             let seed = seed + report.rounds;
             report.rounds += 1;
             match round(context, ChaCha8Rng::seed_from_u64(seed)) {

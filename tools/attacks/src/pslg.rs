@@ -48,7 +48,7 @@ pub fn round(context: &Context, mut random: ChaCha8Rng) -> anyhow::Result<Counts
     let kind = ["--segments", "--walls"][below(random, 2) as usize];
     let mut build = format!(
         "build p.f64 -o x.tiles --tile-vertices {} --memory {}MiB --threads {} --quiet",
-        3 + below(random, 40),
+        4 + below(random, 40),
         1 + below(random, 3),
         1 + below(random, 2),
     );
@@ -65,7 +65,7 @@ pub fn round(context: &Context, mut random: ChaCha8Rng) -> anyhow::Result<Counts
         context.run(path, &format!("constrain x.tiles {kind} later.csv --quiet"))?;
     }
     context.run(path, "verify --deep x.tiles")?;
-    context.run(path, "export x.tiles -o x.node --all --quiet")?;
+    context.run(path, "export x.tiles -o x.node --all")?;
     let triangles = read(path)?;
     pslg.check(&triangles)?;
     let constraints = context.run(path, "inspect x.tiles --json")?;
