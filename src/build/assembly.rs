@@ -5,7 +5,6 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::thread;
 use std::time::Instant;
 
 use futures::future;
@@ -37,7 +36,7 @@ use super::work_folder::WorkFolder;
 use super::{BuildError, BuildOptions, BuildSummary, Description, GENERATION, TileState, peak_memory};
 use crate::geometry::{Point, Rect};
 use crate::input::SiteId;
-use crate::io::{Backend, Buffers, ThreadsFile, WriteAt};
+use crate::io::{Backend, Buffers, ThreadsFile, WriteAt, blocking, start_thread};
 use crate::store::{CompactError, Directory, Extent, KdTree, Metadata, OpenOptions, TileEntry, TileReader, hull_edges};
 
 /// A file is written anew if more than one of so many parts of it was, for segments that were put off.
@@ -168,9 +167,9 @@ impl Assembly {
             self.folder.keep(true);
         }
         let (tree, memory) = (plan.tree.clone(), self.segment_memory);
-        let distributed = tokio::task::spawn_blocking(move || segments.distribute(&tree, memory)).await;
-        let gone = |_| BuildError::Internal("distributing segments panicked".to_owned());
-        let segments = Arc::new(distributed.map_err(gone)??);
+        let distributed = blocking(move || segments.distribute(&tree, memory)).await;
+        let cannot = |error| BuildError::io(self.folder.spill(), "distribute segments in", error);
+        let segments = Arc::new(distributed.map_err(cannot)??);
         let parts = Parts {
             plan,
             store,
@@ -246,10 +245,7 @@ impl Assembly {
             // If nobody waits for the answer any more, nobody needs it.
             let _ = reply.send(computed);
         };
-        let thread = thread::Builder::new().name("tile-build".to_owned());
-        thread
-            .spawn(compute)
-            .map_err(|error| BuildError::io(&path, "start a thread to build", error))?;
+        start_thread("tile-build", compute).map_err(|error| BuildError::io(&path, "start a thread to build", error))?;
 
         let coming = Coming {
             blocks: &blocks,

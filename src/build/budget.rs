@@ -10,6 +10,8 @@
 
 use std::fs;
 
+use rustix::process::{Resource, getrlimit};
+
 use super::spill::Plan;
 use super::work_folder::WorkFolder;
 use super::{BuildError, BuildOptions};
@@ -264,10 +266,17 @@ pub(super) fn check_disk(folder: &WorkFolder, load: DiskLoad) -> Result<(), Buil
     Ok(())
 }
 
-/// A quarter of the smaller of the machine's memory and the limit of the process's cgroup; 1 GiB where neither is known.
+/// A quarter of the smallest of the machine's memory, the limit of the process's cgroup, and its own limits (`RLIMIT_AS`,
+/// `RLIMIT_DATA`); 1 GiB where neither is known.
 #[must_use]
 pub fn default_memory() -> u64 {
-    let limits = [installed_memory(), cgroup_limit()];
+    let limit = |resource| getrlimit(resource).current;
+    let limits = [
+        installed_memory(),
+        cgroup_limit(),
+        limit(Resource::As),
+        limit(Resource::Data),
+    ];
     limits.into_iter().flatten().min().map_or(1 << 30, |bytes| bytes / 4)
 }
 

@@ -17,6 +17,7 @@ use super::work_folder::WorkFolder;
 use super::{BuildError, BuildOptions, BuildSummary, Description, Phase};
 use crate::geometry::Point;
 use crate::input::{PointBatch, SegmentBatch, SiteBatch};
+use crate::io::output_target;
 use crate::store::LineKind;
 
 /// Segments take no more of the memory than one part of so many.
@@ -24,7 +25,7 @@ const SEGMENTS_SHARE: u64 = 4;
 
 /// Builds a tile file from batches of points.
 ///
-/// Until [`finish`](Self::finish) has succeeded, nothing stands under the output's name; work lies in `OUT.partial/`,
+/// If the output's name is a symbolic link, what it leads to is the output. Until [`finish`](Self::finish) has succeeded, nothing stands under the output's name; work lies in `OUT.partial/`,
 /// which goes away with the builder, unless the build can be [resumed](BuildOptions::resumable).
 ///
 /// Lines and sites come first, then points.
@@ -51,7 +52,9 @@ impl Builder {
     /// be resumed was another build's.
     pub fn new(output: impl AsRef<Path>, options: BuildOptions) -> Result<Self, BuildError> {
         options.check()?;
-        let output = output.as_ref().to_owned();
+        let output = output.as_ref();
+        let target = output_target(output);
+        let output = target.map_err(|error| BuildError::io(output, "write a file under this name", error))?;
         let tmp = options.work_folder.as_deref();
         let folder = WorkFolder::create(&output, tmp, options.force, options.resume)?;
         let memory = options.memory;

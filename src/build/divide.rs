@@ -8,8 +8,11 @@
 use std::ops::Range;
 use std::thread;
 
+use parking_lot::Mutex;
+
 use super::point_store::Item;
 use crate::geometry::Rect;
+use crate::io::start_scoped;
 use crate::store::{KdNode, KdTree, TileId};
 
 /// Cells with fewer points than this are not worth a thread.
@@ -69,11 +72,15 @@ fn cut_all(items: &mut [Item], tile_vertices: usize, threads: usize) -> Part {
     let total = items.len();
     let (left, right) = items.split_at_mut(middle);
     let (mut left, right) = if threads > 1 && total >= PARALLEL_POINTS {
+        let half = threads / 2;
+        let left = Mutex::new(Some(left));
+        let cut_left = || left.lock().take().map(|left| cut_all(left, tile_vertices, half));
         thread::scope(|scope| {
-            let half = threads / 2;
-            let left = scope.spawn(move || cut_all(left, tile_vertices, half));
+            let thread = start_scoped(scope, "tile-divide", &cut_left);
             let right = cut_all(right, tile_vertices, threads - half);
-            (left.join().expect("cutting does not panic"), right)
+            // Where no thread is to be had, it is done here.
+            let left = thread.map_or_else(|_| cut_left(), |thread| thread.join().expect("cutting does not panic"));
+            (left.expect("it is cut once"), right)
         })
     } else {
         (cut_all(left, tile_vertices, 1), cut_all(right, tile_vertices, 1))

@@ -360,7 +360,7 @@ impl From<EditError> for BuildError {
                     ReadError::Invalid { file, .. }
                     | ReadError::Tile { file, .. }
                     | ReadError::NoSuchTile { file, .. } => (file, io::ErrorKind::InvalidData),
-                    ReadError::Memory { .. } | ReadError::Cancelled => {
+                    ReadError::Memory { .. } | ReadError::Thread(_) | ReadError::Cancelled => {
                         return Self::Internal(format!("what was put off could not be read back: {error}"));
                     }
                 };

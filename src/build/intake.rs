@@ -16,6 +16,7 @@ use super::work_folder::WorkFolder;
 use super::{BuildError, BuildOptions};
 use crate::geometry::{Point, Rect};
 use crate::input::PointBatch;
+use crate::io::start_thread;
 use crate::store::KdTree;
 
 /// Batches that wait for the thread that distributes them.
@@ -208,9 +209,8 @@ impl Spilling {
             // If nobody waits for the answer any more, nobody needs it.
             let _ = reply.send(plan);
         };
-        let thread = thread::Builder::new().name("tile-spill".to_owned());
-        let thread = thread.spawn(work);
-        let thread = thread.map_err(|error| BuildError::io(&path, "start a thread to spill to", error))?;
+        let thread = start_thread("tile-spill", work)
+            .map_err(|error| BuildError::io(&path, "start a thread to spill to", error))?;
         Ok(Self {
             batches: Some(batches),
             plan: Some(plan),

@@ -20,7 +20,7 @@ use super::journal::{self, FinishedBlock};
 use super::node::Seam;
 use super::spill::Block;
 use super::work_folder::WorkFolder;
-use crate::io::{ThreadsFile, WriteAt};
+use crate::io::{ThreadsFile, WriteAt, blocking};
 use crate::store::{Directory, Extent as Written, TileWriter};
 
 /// What comes to be written.
@@ -178,12 +178,12 @@ impl Output {
             file.write_at(offset, entry.into()).await?;
             file.sync().await?;
             // Nobody will read the runs again. If one stays, it goes with the folder.
-            let removed = tokio::task::spawn_blocking(move || {
+            let removed = blocking(move || {
                 for run in &blocks[block.number as usize].runs {
                     let _ = fs::remove_file(run.path(folder.spill()));
                 }
             });
-            removed.await.map_err(io::Error::other)
+            removed.await
         };
         self.beside = Some(tokio::spawn(enter.instrument(span)));
         Ok(())

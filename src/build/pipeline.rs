@@ -14,6 +14,7 @@ use super::options::Phase;
 use super::ordered::{Closed, Ordered};
 use super::output::{Extent, Sender};
 use super::{BuildError, TileState};
+use crate::io::start_scoped;
 
 /// When each phase began.
 pub(super) type Began = Vec<(Phase, Instant)>;
@@ -78,13 +79,13 @@ pub(super) fn on_threads(threads: usize, work: impl Fn() + Sync, abort: impl Fn(
                     abort();
                 }
             };
-            let thread = thread::Builder::new().name(format!("tile-compute-{number}"));
-            if let Err(error) = thread.spawn_scoped(scope, run) {
-                // Without any thread of its own the work is done here.
+            if let Err(error) = start_scoped(scope, &format!("tile-compute-{number}"), run) {
                 tracing::warn!(%error, "could not start a computing thread");
                 if number == 0 {
-                    work();
+                    // Without any thread of its own the work is done here.
+                    run();
                 }
+                break;
             }
         }
     });

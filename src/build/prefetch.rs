@@ -22,7 +22,7 @@ use super::point_store::PointStore;
 use super::schedule::{BlockPoints, Board};
 use super::segments::BlockSegments;
 use super::spill::{self, Block, HEADER, chunk_length, decode_chunk};
-use crate::io::{ReadAt, ThreadsFile};
+use crate::io::{ReadAt, ThreadsFile, blocking};
 
 /// Bytes of one read.
 const PIECE: u64 = 1 << 20;
@@ -78,13 +78,14 @@ pub(super) async fn feed(
         if !has_journal {
             let paths: Vec<PathBuf> = block.runs.iter().map(|run| run.path(folder)).collect();
             // If one stays, it goes with the folder.
-            tokio::task::spawn_blocking(move || paths.iter().map(std::fs::remove_file).filter(Result::is_err).count());
+            drop(blocking(move || {
+                paths.iter().map(std::fs::remove_file).filter(Result::is_err).count()
+            }));
         }
         let all = Arc::clone(segments);
-        let taken = tokio::task::spawn_blocking(move || all.take(number as u32)).await;
+        let taken = blocking(move || all.take(number as u32)).await;
         let its_segments = taken
-            .map_err(io::Error::other)
-            .and_then(|taken| taken)
+            .flatten()
             .map_err(|error| BuildError::io(folder, "read segments in", error))?;
         let is_wanted = board.add(BlockPoints {
             number: number as u32,
@@ -132,11 +133,8 @@ async fn load(block: &Block, folder: &Path, has_z: bool) -> Result<PointStore, B
                 .map_err(io::Error::other)
                 .and_then(|read| read)
                 .map_err(cannot)?;
-            let taken = tokio::task::spawn_blocking(move || loading.take(&piece)).await;
-            loading = taken
-                .map_err(io::Error::other)
-                .and_then(|taken| taken)
-                .map_err(cannot)?;
+            let taken = blocking(move || loading.take(&piece)).await;
+            loading = taken.flatten().map_err(cannot)?;
         }
         if !loading.rest.is_empty() {
             return Err(cannot(spill::damaged(&path, "the last chunk is cut short")));

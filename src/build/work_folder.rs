@@ -5,6 +5,7 @@
 //! tiles     the file that will be OUT
 //! plan      the blocks, once all points came in          ┐ of a build that outgrew the memory and
 //! journal   those that are finished                      ┘ whose inputs can be read again
+//! spill     the path of the folder that the build was told to spill to, if it was
 //! run-…     points of blocks that are not finished       ┐ here, or in a folder of their own where
 //! borders   what the borders of tiles will be made of    ┘ the build was told to spill to
 //! segments  segments; it loses its name as soon as it is there
@@ -13,18 +14,22 @@
 use std::ffi::OsString;
 use std::fs::{self, File, TryLockError};
 use std::io;
-use std::os::unix::fs::MetadataExt;
+use std::os::unix::ffi::{OsStrExt, OsStringExt};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::BuildError;
+use crate::io::{folder_of, is_named, output_target, sync_folder};
 
 const LOCK: &str = "lock";
 const TILES: &str = "tiles";
+/// Where [`TileReader::compact`](crate::store::TileReader::compact) writes `tiles` anew.
+const COMPACTED: &str = ".tiles.partial";
 const PLAN: &str = "plan";
 const JOURNAL: &str = "journal";
+const SPILL: &str = "spill";
 const BORDERS: &str = "borders";
 const RUN: &str = "run-";
 /// In the folder to spill to, for a moment: see [`create_segments`].
@@ -49,13 +54,6 @@ impl WorkFolder {
     ///
     /// A folder with anything in it that no build leaves there is not touched.
     pub(super) fn create(output: &Path, tmp: Option<&Path>, force: bool, resume: bool) -> Result<Self, BuildError> {
-        if output.is_dir() || output.file_name().is_none() {
-            return Err(BuildError::io(
-                output,
-                "write a file under this name",
-                io::ErrorKind::IsADirectory.into(),
-            ));
-        }
         if !force && output.exists() {
             return Err(BuildError::OutputExists(output.to_owned()));
         }
@@ -64,7 +62,10 @@ impl WorkFolder {
         let path = PathBuf::from(name);
         let spill = match tmp {
             None => path.clone(),
-            Some(tmp) => spill_folder(tmp, output)?,
+            Some(tmp) => {
+                let tmp = fs::canonicalize(tmp).map_err(|error| BuildError::io(tmp, "find the folder", error))?;
+                tmp.join(spill_name(output)?)
+            }
         };
         // A build that ends removes its folder and unlocks: whoever locked what it removed must try again.
         for _ in 0..100 {
@@ -78,6 +79,9 @@ impl WorkFolder {
                 published: AtomicBool::new(false),
                 _lock: lock,
             };
+            if !resume {
+                this.forget_spill();
+            }
             if let Err(error) = this.prepare_spill() {
                 if !resume {
                     let _ = fs::remove_dir_all(&this.path);
@@ -89,6 +93,8 @@ impl WorkFolder {
                     .map_err(|e| BuildError::io(&this.path, "empty the work folder", e))?;
                 this.keep(false);
             }
+            this.note_spill()
+                .map_err(|e| BuildError::io(&this.path, "write into the work folder", e))?;
             return Ok(this);
         }
         Err(BuildError::Locked(path))
@@ -105,6 +111,27 @@ impl WorkFolder {
                 _ => Err(BuildError::NotOurs(self.spill.clone())),
             },
             made => made.map_err(|error| BuildError::io(&self.spill, "make the folder to spill to", error)),
+        }
+    }
+
+    /// Notes where work is spilled to, so that a later build of this output finds it.
+    fn note_spill(&self) -> io::Result<()> {
+        match self.spill == self.path {
+            true => Ok(()),
+            false => fs::write(self.path.join(SPILL), self.spill.as_os_str().as_bytes()),
+        }
+    }
+
+    /// Removes the folder that a killed build spilled to, if this one spills elsewhere.
+    fn forget_spill(&self) {
+        let Ok(noted) = fs::read(self.path.join(SPILL)) else {
+            return;
+        };
+        let noted = PathBuf::from(OsString::from_vec(noted));
+        let is_its = spill_name(&self.output).is_ok_and(|name| noted.file_name() == Some(&name));
+        // What somebody else put there is not touched.
+        if noted != self.spill && is_its && is_ours(&noted).unwrap_or(false) {
+            let _ = fs::remove_dir_all(&noted);
         }
     }
 
@@ -168,13 +195,13 @@ impl WorkFolder {
     /// Gives the completed file its name; the folder goes away.
     pub(super) fn publish(&self) -> Result<(), BuildError> {
         let output = &self.output;
-        fs::rename(self.file(), output).map_err(|e| BuildError::io(output, "rename the finished file to", e))?;
+        output_target(output)
+            .and_then(|_| fs::rename(self.file(), output))
+            .map_err(|e| BuildError::io(output, "rename the finished file to", e))?;
         self.published.store(true, Ordering::Relaxed);
         self.keep(false);
-        let folder = parent_of(output);
-        File::open(folder)
-            .and_then(|folder| folder.sync_all())
-            .map_err(|e| BuildError::io(folder, "sync the folder", e))
+        let folder = folder_of(output);
+        sync_folder(folder).map_err(|e| BuildError::io(folder, "sync the folder", e))
     }
 }
 
@@ -211,21 +238,15 @@ pub(super) fn create_segments(spill: &Path) -> io::Result<File> {
     Ok(file)
 }
 
-/// The folder that a file lies in.
-fn parent_of(file: &Path) -> &Path {
-    let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty());
-    parent.unwrap_or(Path::new("."))
-}
-
-/// The folder in `tmp` for the work on an output: always the same, and no other output's.
-fn spill_folder(tmp: &Path, output: &Path) -> Result<PathBuf, BuildError> {
-    let parent = parent_of(output);
+/// The name of the folder for the work on an output, in the folder to spill to: always the same, and no other output's.
+fn spill_name(output: &Path) -> Result<OsString, BuildError> {
+    let parent = folder_of(output);
     let parent = fs::canonicalize(parent).map_err(|error| BuildError::io(parent, "find the folder", error))?;
     let output = parent.join(output.file_name().unwrap_or_default());
     let hash = xxh3_64(output.as_os_str().as_encoded_bytes());
     let mut name = output.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{hash:016x}.partial"));
-    Ok(tmp.join(name))
+    Ok(name)
 }
 
 /// Makes the folder, or takes over one that holds nothing but what a build leaves, and locks it. None: another build removed it
@@ -250,9 +271,8 @@ fn lock(path: &Path) -> Result<Option<File>, BuildError> {
         Err(TryLockError::WouldBlock) => return Err(BuildError::Locked(path.to_owned())),
         Err(TryLockError::Error(error)) => return Err(cannot(error)),
     }
-    let identity = |metadata: fs::Metadata| (metadata.dev(), metadata.ino());
-    let still_there = fs::metadata(&name).map(identity).ok() == Some(lock.metadata().map(identity).map_err(cannot)?);
-    Ok(still_there.then_some(lock))
+    let is_there = is_named(&lock, &name).map_err(cannot)?;
+    Ok(is_there.then_some(lock))
 }
 
 /// Whether a folder holds nothing but files with the names that a build gives.
@@ -267,7 +287,10 @@ fn is_ours(path: &Path) -> io::Result<bool> {
         let is_run = name
             .strip_prefix(RUN)
             .is_some_and(|number| number.parse::<u32>().is_ok());
-        let is_known = [LOCK, TILES, PLAN, "plan.new", JOURNAL, BORDERS, SEGMENTS].contains(&name);
+        let is_known = [
+            LOCK, TILES, COMPACTED, PLAN, "plan.new", JOURNAL, SPILL, BORDERS, SEGMENTS,
+        ]
+        .contains(&name);
         if !(is_run || is_known) || !entry.file_type()?.is_file() {
             return Ok(false);
         }

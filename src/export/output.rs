@@ -16,15 +16,9 @@ const BUFFER: usize = 1 << 20;
 /// Pieces of output that wait to be written, beside those that are being made.
 const PIECES_AHEAD: usize = 2;
 
-/// Runs what takes long on a thread for blocking work.
+/// Runs what takes long on a thread for such work.
 pub(super) async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, ExportError> {
-    match tokio::task::spawn_blocking(work).await {
-        Ok(done) => Ok(done),
-        Err(error) => match error.try_into_panic() {
-            Ok(panic) => std::panic::resume_unwind(panic),
-            Err(_) => Err(ExportError::Cancelled),
-        },
-    }
+    Ok(spawn(work).await?)
 }
 
 /// One output and what it is about to get.

@@ -13,7 +13,9 @@ mod conformance;
 mod memory;
 #[cfg(feature = "object-store")]
 mod object;
+mod output_file;
 mod pool;
+mod start;
 mod threads;
 #[cfg(target_os = "linux")]
 mod uring;
@@ -31,6 +33,11 @@ pub(crate) use buffers::Buffers;
 pub use memory::MemoryFile;
 #[cfg(feature = "object-store")]
 pub use object::ObjectFile;
+pub use output_file::{OutputFile, output_target};
+pub(crate) use output_file::{folder_of, is_named, sync_folder};
+pub(crate) use pool::blocking;
+pub(crate) use start::start_scoped;
+pub use start::start_thread;
 pub use threads::ThreadsFile;
 #[cfg(target_os = "linux")]
 pub use uring::UringFile;

@@ -1,78 +1,147 @@
-//! A few threads that do blocking I/O, shared by all files of the process.
+//! Threads for what blocks or computes long, shared by all files of the process.
+//!
+//! A pool starts a thread when a job comes and no thread is idle. Where the system refuses another thread, the threads that
+//! are there do the job later. A job fails if there is no thread at all. So no job of a pool may wait for another job of it.
 
 use std::collections::VecDeque;
 use std::io;
-use std::sync::{Arc, OnceLock};
-use std::thread;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::time::Duration;
 
 use futures::future::{BoxFuture, FutureExt};
-use parking_lot::{Condvar, Mutex};
+use parking_lot::{Condvar, Mutex, MutexGuard};
 use tokio::sync::oneshot;
 
-/// Reads in flight at once. Enough for the queue of one disk, few enough to cost nothing while idle.
-const THREADS: usize = 8;
+use super::start_thread;
+
+/// Reads and writes. Enough threads for the queue of one disk, few enough to cost nothing while idle.
+static IO: Pool = Pool::new("tile-io", 8);
+/// What computes. Who asks limits how much is computed at once.
+static WORK: Pool = Pool::new("tile-work", 512);
+
+/// How long a thread waits for another job, unless it is the last one.
+const IDLE: Duration = Duration::from_secs(10);
 
 type Job = Box<dyn FnOnce() + Send>;
 
-#[derive(Default)]
-struct Queue {
-    jobs: Mutex<VecDeque<Job>>,
+struct Pool {
+    name: &'static str,
+    /// The most threads.
+    most: usize,
+    state: Mutex<State>,
     waiting: Condvar,
 }
 
-/// Runs a blocking operation on the pool.
+struct State {
+    jobs: VecDeque<Job>,
+    threads: usize,
+    /// Threads that wait for a job.
+    idle: usize,
+}
+
+impl Pool {
+    const fn new(name: &'static str, most: usize) -> Self {
+        let state = State {
+            jobs: VecDeque::new(),
+            threads: 0,
+            idle: 0,
+        };
+        Self {
+            name,
+            most,
+            state: Mutex::new(state),
+            waiting: Condvar::new(),
+        }
+    }
+
+    /// Runs a job on a thread of the pool. Fails if there is none and the system refuses one.
+    async fn run<T: Send + 'static>(answer: io::Result<oneshot::Receiver<std::thread::Result<T>>>) -> io::Result<T> {
+        match answer?.await {
+            Ok(Ok(done)) => Ok(done),
+            Ok(Err(panic)) => resume_unwind(panic),
+            Err(_) => Err(io::Error::other("a thread of the pool is gone")),
+        }
+    }
+
+    /// Hands a job over.
+    fn ask<T: Send + 'static>(
+        &'static self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> io::Result<oneshot::Receiver<std::thread::Result<T>>> {
+        let (reply, answer) = oneshot::channel();
+        // Whoever asked may have gone away; then nobody needs the answer.
+        let job = Box::new(move || drop(reply.send(catch_unwind(AssertUnwindSafe(work)))));
+        let mut state = self.state.lock();
+        if state.idle <= state.jobs.len() && state.threads < self.most {
+            let name = format!("{}-{}", self.name, state.threads);
+            match start_thread(&name, || self.work()) {
+                Ok(_) => state.threads += 1,
+                Err(error) if state.threads == 0 => return Err(error),
+                Err(error) => tracing::debug!(%error, threads = state.threads, "a pool does with the threads it has"),
+            }
+        }
+        state.jobs.push_back(job);
+        self.waiting.notify_one();
+        Ok(answer)
+    }
+
+    fn work(&self) {
+        let mut state = self.state.lock();
+        loop {
+            if let Some(job) = state.jobs.pop_front() {
+                MutexGuard::unlocked(&mut state, job);
+                continue;
+            }
+            state.idle += 1;
+            let waited = self.waiting.wait_for(&mut state, IDLE);
+            state.idle -= 1;
+            if waited.timed_out() && state.jobs.is_empty() && state.threads > 1 {
+                state.threads -= 1;
+                return;
+            }
+        }
+    }
+}
+
+/// Runs an operation that waits for a disk.
 pub(super) fn run<T: Send + 'static>(
     operation: impl FnOnce() -> io::Result<T> + Send + 'static,
 ) -> BoxFuture<'static, io::Result<T>> {
-    let (reply, answer) = oneshot::channel();
-    let job: Job = Box::new(move || {
-        // Whoever asked may have gone away; then nobody needs the answer.
-        let _ = reply.send(operation());
-    });
-    let queue = match queue() {
-        Ok(queue) => queue,
-        Err(error) => return futures::future::ready(Err(error)).boxed(),
-    };
-    queue.jobs.lock().push_back(job);
-    queue.waiting.notify_one();
-    async move {
-        answer
-            .await
-            .unwrap_or_else(|_| Err(io::Error::other("the thread that did the I/O is gone")))
+    Pool::run(IO.ask(operation)).map(Result::flatten).boxed()
+}
+
+/// Runs what takes long beside the workers of a runtime. It is started at once. A panic goes on where the answer is awaited.
+///
+/// The answer is an error if the system refuses a thread and there is none.
+pub(crate) fn blocking<T: Send + 'static>(
+    work: impl FnOnce() -> T + Send + 'static,
+) -> impl Future<Output = io::Result<T>> + Send + 'static {
+    Pool::run(WORK.ask(work))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_job_that_panics_takes_no_thread_with_it() {
+        static ONE: Pool = Pool::new("test", 1);
+        let panics = Pool::run(ONE.ask(|| resume_unwind(Box::new("thrown"))));
+        let thrown = catch_unwind(AssertUnwindSafe(|| {
+            futures::executor::block_on(panics).map(|()| ()).unwrap();
+        }));
+        assert_eq!(thrown.unwrap_err().downcast_ref(), Some(&"thrown"));
+        assert_eq!(futures::executor::block_on(Pool::run(ONE.ask(|| 7))).unwrap(), 7);
+        assert_eq!(ONE.state.lock().threads, 1);
     }
-    .boxed()
-}
 
-/// The one queue, with its threads, which live as long as the process.
-fn queue() -> io::Result<&'static Arc<Queue>> {
-    static QUEUE: OnceLock<Result<Arc<Queue>, io::ErrorKind>> = OnceLock::new();
-    QUEUE
-        .get_or_init(|| {
-            let queue = Arc::<Queue>::default();
-            for number in 0..THREADS {
-                let queue = Arc::clone(&queue);
-                thread::Builder::new()
-                    .name(format!("tile-io-{number}"))
-                    .spawn(move || work(&queue))
-                    .map_err(|error| error.kind())?;
-            }
-            Ok(queue)
-        })
-        .as_ref()
-        .map_err(|&kind| kind.into())
-}
-
-fn work(queue: &Queue) {
-    loop {
-        let job = {
-            let mut jobs = queue.jobs.lock();
-            loop {
-                match jobs.pop_front() {
-                    Some(job) => break job,
-                    None => queue.waiting.wait(&mut jobs),
-                }
-            }
-        };
-        job();
+    #[test]
+    fn more_jobs_than_threads_are_all_done() {
+        static TWO: Pool = Pool::new("test", 2);
+        let answers: Vec<_> = (0..100).map(|number| TWO.ask(move || number)).collect();
+        for (number, answer) in answers.into_iter().enumerate() {
+            assert_eq!(futures::executor::block_on(Pool::run(answer)).unwrap(), number);
+        }
+        assert!(TWO.state.lock().threads <= 2);
     }
 }

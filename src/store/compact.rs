@@ -2,7 +2,6 @@
 //!
 //! Tiles are copied as they are, checksums checked; so nothing is computed, and what a reader sees is the same.
 
-use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,7 +10,7 @@ use bytes::Bytes;
 use futures::stream::{self, StreamExt, TryStreamExt};
 
 use super::{Extent, ReadError, TileEntry, TileId, TileReader, TileWriter};
-use crate::io::ThreadsFile;
+use crate::io::{OutputFile, ThreadsFile};
 
 /// Extents that are read at a time.
 const AHEAD: usize = 2;
@@ -52,17 +51,8 @@ impl TileReader {
                 source,
             }
         };
-        let folder = match output.parent() {
-            Some(folder) if folder != Path::new("") => folder,
-            _ => Path::new("."),
-        };
-        let partial = tempfile::Builder::new()
-            .prefix(".compact-")
-            .suffix(".partial")
-            .permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666))
-            .tempfile_in(folder)
-            .map_err(cannot("make a file beside it"))?;
-        let file = partial.as_file().try_clone().map_err(cannot("write"))?;
+        let partial = OutputFile::create(output).map_err(cannot("write it"))?;
+        let file = partial.file().try_clone().map_err(cannot("write"))?;
         let mut writer = TileWriter::new(ThreadsFile::from(Arc::new(file)));
         let mut directory = self.directory().clone();
         // The next ones are read while one is written.
@@ -82,13 +72,9 @@ impl TileReader {
         let length = finished.map_err(cannot("write"))?;
         if let Ok(before) = std::fs::metadata(output) {
             // As before, not for its owner's eyes only.
-            let _ = partial.as_file().set_permissions(before.permissions());
+            let _ = partial.file().set_permissions(before.permissions());
         }
-        partial
-            .persist(output)
-            .map_err(|error| cannot("replace")(error.error))?;
-        let folder = File::open(folder).and_then(|folder| folder.sync_all());
-        folder.map_err(cannot("sync the folder of"))?;
+        partial.publish().map_err(cannot("replace it"))?;
         Ok(length)
     }
 

@@ -8,12 +8,14 @@ use std::ops::{Deref, Range};
 use std::sync::Arc;
 use std::thread::available_parallelism;
 
+use futures::future::TryFutureExt;
 use futures::stream::{self, Stream, StreamExt};
 use parking_lot::Mutex;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::task::JoinHandle;
 
 use super::{Directory, ReadError, Tile, TileEntry, TileId, TileReader};
+use crate::io::blocking;
 
 /// Bytes of tiles that are read ahead, if the memory allows.
 const READ_AHEAD: u64 = 64 << 20;
@@ -275,11 +277,11 @@ pub(crate) fn list_for<T>(count: usize) -> Vec<T> {
     Vec::with_capacity(count.max(LEARNT / size_of::<T>().max(1)))
 }
 
-/// Starts what takes long on a thread for blocking work. Must be called within a tokio runtime.
+/// Starts what takes long on a thread for such work.
 pub(crate) fn spawn<T: Send + 'static>(
     work: impl FnOnce() -> T + Send + 'static,
 ) -> impl Future<Output = Result<T, ReadError>> + Send + 'static {
-    joined(tokio::task::spawn_blocking(work))
+    blocking(work).map_err(ReadError::thread)
 }
 
 /// What a task comes to; a panic goes on here.

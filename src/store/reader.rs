@@ -73,9 +73,18 @@ pub enum ReadError {
         /// Bytes allowed.
         allowed: u64,
     },
+    /// The system refused a thread to compute on.
+    #[error("cannot compute")]
+    Thread(#[source] Arc<io::Error>),
     /// The load ended without a result.
     #[error("the load was cancelled: its task panicked, or the runtime is shutting down")]
     Cancelled,
+}
+
+impl ReadError {
+    pub(crate) fn thread(error: io::Error) -> Self {
+        Self::Thread(Arc::new(error))
+    }
 }
 
 /// How to open a tile file.
@@ -441,10 +450,8 @@ impl Inner {
         border: Bytes,
     ) -> Result<Arc<Tile>, ReadError> {
         // Checksums and range checks take milliseconds, which the runtime's workers do not have.
-        let opened = tokio::task::spawn_blocking(move || Tile::open(id, &entry, &core, &border));
-        match opened.await {
-            Ok(tile) => tile.map(Arc::new).map_err(|reason| self.damaged(id, reason)),
-            Err(_) => Err(ReadError::Cancelled),
-        }
+        let opened = files::blocking(move || Tile::open(id, &entry, &core, &border)).await;
+        let tile = opened.map_err(ReadError::thread)?;
+        tile.map(Arc::new).map_err(|reason| self.damaged(id, reason))
     }
 }

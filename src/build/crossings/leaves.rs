@@ -10,6 +10,7 @@ use super::{Crossing, FirstCrossings, find};
 use crate::build::point_store::Item;
 use crate::build::segments::Segment;
 use crate::geometry::{Orientation, Point, Rect, orient2d};
+use crate::io::start_scoped;
 
 /// A leaf.
 pub(in crate::build) struct LeafLines<'a> {
@@ -32,9 +33,8 @@ pub(in crate::build) fn in_leaves(segments: &[Segment], leaves: &[LeafLines<'_>]
         }
     };
     thread::scope(|scope| {
-        for _ in 1..threads.min(leaves.len()) {
-            scope.spawn(work);
-        }
+        // Fewer do as well.
+        (1..threads.min(leaves.len())).all(|_| start_scoped(scope, "tile-crossings", work).is_ok());
         work();
     });
     all.into_inner()

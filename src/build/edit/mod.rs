@@ -37,6 +37,7 @@ use super::segments::{NO_Z, SEGMENT_BYTES, Segment};
 use super::vertex_index::VertexIndex;
 use crate::geometry::{MortonSquare, Point, Rect};
 use crate::input::SegmentBatch;
+use crate::io::start_thread;
 use crate::store::{EdgeSource, LineKind, LineSource, ReadError, TileId, Vertex, hull_edges};
 use regions::{Joining, Labels, Parts};
 use strip::{Inserting, Piece};
@@ -312,13 +313,13 @@ pub(super) async fn edit(
     let stopped = Arc::clone(&stop.0);
     let (reply, done) = oneshot::channel();
     let runtime = Handle::current();
+    let path = target.path.clone();
     let task = move || {
         let is_stopped = || stopped.load(Ordering::Relaxed) || is_cancelled();
         // If nobody waits for the answer any more, nobody needs it.
         let _ = reply.send(edit_here(target, &work, memory, &is_stopped, runtime));
     };
-    let thread = thread::Builder::new().name("tile-edit".to_owned()).spawn(task);
-    thread.map_err(|error| EditError::Internal(format!("cannot start a thread: {error}")))?;
+    start_thread("tile-edit", task).map_err(|error| tiles::cannot(&path, "start a thread to edit", error))?;
     let gone = |_| EditError::Internal("the editing thread is gone".to_owned());
     done.await.map_err(gone)?
 }

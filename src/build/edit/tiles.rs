@@ -9,7 +9,6 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock, mpsc};
-use std::thread;
 
 use bytes::Bytes;
 use foldhash::{HashMap, HashMapExt};
@@ -21,7 +20,7 @@ use tokio::task::JoinHandle;
 use super::EditError;
 use super::regions::{Labels, Parts};
 use super::tile::EditTile;
-use crate::io::{Buffers, ReadAt, ThreadsFile};
+use crate::io::{Buffers, ReadAt, ThreadsFile, output_target, start_thread};
 use crate::mesh::next_side;
 use crate::store::{
     Across, BLOCK, Directory, EditCache, EditLease, EditPin, Extent, Failure, OpenOptions, ReadError, Tile, TileEntry,
@@ -103,7 +102,8 @@ pub(in crate::build) struct Target {
 
 impl Target {
     pub(in crate::build) fn lock(path: &Path) -> Result<Self, EditError> {
-        let file = File::options().read(true).write(true).open(path);
+        // What is no file is not opened, since a pipe would wait for whoever writes to it.
+        let file = output_target(path).and_then(|target| File::options().read(true).write(true).open(target));
         let file = file.map_err(|error| cannot(path, "open", error))?;
         match file.try_lock() {
             Ok(()) => Ok(Self {
@@ -122,7 +122,7 @@ impl Target {
     }
 }
 
-fn cannot(path: &Path, what: &'static str, source: io::Error) -> EditError {
+pub(super) fn cannot(path: &Path, what: &'static str, source: io::Error) -> EditError {
     EditError::Io {
         file: path.to_owned(),
         what,
@@ -496,7 +496,7 @@ impl Place {
 
 type Job = Box<dyn FnOnce() + Send>;
 
-/// Threads for what takes a while, beside the runtime's workers: few, so that the allocator keeps what goes for what comes next, and not
+/// Threads for what takes a while, as many as the system gives, beside the runtime's workers: few, so that the allocator keeps what goes for what comes next, and not
 /// some for each of many threads.
 struct Desk {
     jobs: mpsc::Sender<Job>,
@@ -507,13 +507,19 @@ impl Desk {
     fn new(threads: usize) -> io::Result<Self> {
         let (jobs, work) = mpsc::channel::<Job>();
         let work = Arc::new(parking_lot::Mutex::new(work));
-        for number in 0..threads {
+        let start = |number| {
             let work = Arc::clone(&work);
             let next = move || work.lock().recv().ok();
-            let thread = thread::Builder::new().name(format!("tile-edit-desk-{number}"));
-            thread.spawn(move || std::iter::from_fn(next).for_each(|job| job()))?;
-        }
-        Ok(Self { jobs, threads })
+            start_thread(&format!("tile-edit-desk-{number}"), move || {
+                std::iter::from_fn(next).for_each(|job| job());
+            })
+        };
+        start(0)?;
+        let others = (1..threads).map_while(|number| start(number).ok()).count();
+        Ok(Self {
+            jobs,
+            threads: 1 + others,
+        })
     }
 
     async fn computed<T: Send + 'static>(&self, compute: impl FnOnce() -> T + Send + 'static) -> Result<T, EditError> {

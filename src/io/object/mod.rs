@@ -11,7 +11,6 @@ use std::fmt;
 use std::io;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
-use std::thread;
 
 use bytes::Bytes;
 use futures::StreamExt;
@@ -22,7 +21,7 @@ use object_store::{
 };
 use tokio::runtime::{Builder, Handle};
 
-use super::{ReadAt, length_of};
+use super::{ReadAt, length_of, start_thread};
 
 /// Bytes that are asked for when a file is opened: its superblocks.
 const BEGINNING: u64 = 8192;
@@ -233,8 +232,7 @@ fn on_runtime<T: Send + 'static>(
     let start = || -> io::Result<Handle> {
         let runtime = Builder::new_current_thread().enable_all().build()?;
         let handle = runtime.handle().clone();
-        let thread = thread::Builder::new().name("tile-net".to_owned());
-        thread.spawn(move || runtime.block_on(std::future::pending::<()>()))?;
+        start_thread("tile-net", move || runtime.block_on(std::future::pending::<()>()))?;
         Ok(handle)
     };
     match RUNTIME.get_or_init(|| start().map_err(|error| error.kind())) {

@@ -11,7 +11,6 @@ use std::rc::Rc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::sync::{Arc, LazyLock};
-use std::thread;
 use std::time::Duration;
 
 use bytes::Bytes;
@@ -21,11 +20,14 @@ use tokio::sync::{Semaphore, oneshot};
 
 use super::pages::PagePool;
 use super::transfer;
+use crate::io::start_thread;
 
 /// Entries of the ring.
 const ENTRIES: u32 = 256;
 /// Operations in flight at once: below the entries, and enough for the queue of any one disk.
 const IN_FLIGHT: usize = 128;
+/// Files that the process may open yet, at least, when a ring is made: half of them are for the ring and its runtime.
+const DESCRIPTORS: usize = 24;
 /// How long a new ring may take to answer. Some sandboxes let a ring be made, but nothing be handed to it.
 const PATIENCE: Duration = Duration::from_secs(1);
 
@@ -91,8 +93,11 @@ impl Ring {
     fn start() -> io::Result<Arc<Self>> {
         let (requests, incoming) = unbounded_channel();
         let (ready, started) = sync_channel(1);
-        thread::Builder::new().name("tile-ring".to_owned()).spawn(move || {
-            // `start` would panic where a ring is refused.
+        start_thread("tile-ring", move || {
+            // `start` would panic where a ring is refused, and the runtime where a descriptor is.
+            if let Err(error) = descriptors() {
+                return drop(ready.send(Err(error)));
+            }
             let runtime = match tokio_uring::Runtime::new(tokio_uring::builder().entries(ENTRIES)) {
                 Ok(runtime) => runtime,
                 Err(error) => return drop(ready.send(Err(error))),
@@ -161,6 +166,14 @@ fn silent() -> io::Error {
         PATIENCE.as_secs()
     );
     io::Error::new(io::ErrorKind::TimedOut, message)
+}
+
+/// Fails unless the process may open enough files for a ring beside others.
+fn descriptors() -> io::Result<()> {
+    (0..DESCRIPTORS)
+        .map(|_| File::open("/"))
+        .collect::<io::Result<Vec<_>>>()
+        .map(drop)
 }
 
 /// Does what comes in, until nobody can send any more and all is done.

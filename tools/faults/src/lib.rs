@@ -8,9 +8,13 @@
 //! | `FAULTS_AT` | the number of the call, from 1 on; 0: none |
 //! | `FAULTS_WAY` | `eio`, `enospc`, `eintr`: it does nothing and says so; `short`: it moves half of the bytes; `torn`: it writes half of them, and says `EIO`; `delay`: it takes its time |
 //! | `FAULTS_REPORT` | the file to write to when the program ends: the number of calls, and 1 if one went wrong |
+//! | `FAULTS_THREADS` | the number of threads that the program may have beside the first; more are refused with `EAGAIN` |
+//! | `FAULTS_LOG`, `FAULTS_LOG_ROOT` | the file to append a record to for each change to the files below the folder (`log.rs`) |
 
 #![cfg(target_os = "linux")]
 #![allow(unsafe_code, reason = "it stands in for functions of the C library")]
+
+mod log;
 
 use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_void};
 use std::os::unix::ffi::OsStringExt;
@@ -18,7 +22,10 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-use libc::{mode_t, off64_t, size_t, ssize_t};
+use libc::{mode_t, off64_t, pthread_attr_t, pthread_t, size_t, ssize_t};
+
+/// What a thread runs.
+type StartRoutine = extern "C" fn(*mut c_void) -> *mut c_void;
 
 static CALLS: AtomicU64 = AtomicU64::new(0);
 static IS_DONE: AtomicBool = AtomicBool::new(false);
@@ -89,7 +96,8 @@ extern "C" fn tell() {
 
 /// The functions of the C library.
 mod real {
-    use super::{OnceLock, c_char, c_int, c_uint, c_void, mode_t, off64_t, size_t, ssize_t};
+    use super::{OnceLock, StartRoutine, c_char, c_int, c_uint, c_void, mode_t, off64_t, size_t, ssize_t};
+    use super::{pthread_attr_t, pthread_t};
 
     macro_rules! real {
         ($($name:ident: $type:ty;)*) => {
@@ -119,6 +127,9 @@ mod real {
         rename: unsafe extern "C" fn(*const c_char, *const c_char) -> c_int;
         unlink: unsafe extern "C" fn(*const c_char) -> c_int;
         mkdir: unsafe extern "C" fn(*const c_char, mode_t) -> c_int;
+        rmdir: unsafe extern "C" fn(*const c_char) -> c_int;
+        unlinkat: unsafe extern "C" fn(c_int, *const c_char, c_int) -> c_int;
+        pthread_create: unsafe extern "C" fn(*mut pthread_t, *const pthread_attr_t, StartRoutine, *mut c_void) -> c_int;
     }
 }
 
@@ -222,9 +233,7 @@ pub unsafe extern "C" fn read(fd: c_int, to: *mut c_void, bytes: size_t) -> ssiz
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn write(fd: c_int, from: *const c_void, bytes: size_t) -> ssize_t {
     // SAFETY: the caller vouches for as many bytes or more.
-    moved(fd, bytes, Deed::Write, |bytes| unsafe {
-        real::write()(fd, from, bytes)
-    })
+    moved(fd, bytes, Deed::Write, |bytes| logged(fd, None, from, || unsafe { real::write()(fd, from, bytes) }))
 }
 
 /// # Safety
@@ -242,21 +251,82 @@ pub unsafe extern "C" fn pread64(fd: c_int, to: *mut c_void, bytes: size_t, at: 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pwrite64(fd: c_int, from: *const c_void, bytes: size_t, at: off64_t) -> ssize_t {
     // SAFETY: the caller vouches for as many bytes or more.
-    moved(fd, bytes, Deed::Write, |bytes| unsafe {
-        real::pwrite64()(fd, from, bytes, at)
+    moved(fd, bytes, Deed::Write, |bytes| {
+        logged(fd, Some(at), from, || unsafe { real::pwrite64()(fd, from, bytes, at) })
     })
+}
+
+/// A call that writes bytes, with its record.
+fn logged(fd: c_int, at: Option<off64_t>, from: *const c_void, call: impl Fn() -> ssize_t) -> ssize_t {
+    // Whoever waits for a pipe must not hold the log.
+    let log = if is_file(fd) { log::begin() } else { None };
+    let written = call();
+    if let (Some(log), Ok(bytes)) = (log, usize::try_from(written)) {
+        log.written(fd, at, from.cast(), bytes);
+    }
+    written
+}
+
+/// # Safety
+/// That of `pthread_create`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn pthread_create(
+    thread: *mut pthread_t,
+    attributes: *const pthread_attr_t,
+    start: StartRoutine,
+    argument: *mut c_void,
+) -> c_int {
+    static MOST: OnceLock<Option<u64>> = OnceLock::new();
+    let most = *MOST.get_or_init(|| std::env::var("FAULTS_THREADS").ok()?.parse().ok());
+    let Some(most) = most else {
+        // SAFETY: the arguments are the caller's.
+        return unsafe { real::pthread_create()(thread, attributes, start, argument) };
+    };
+    let is_free = |threads| (threads < most).then_some(threads + 1);
+    if THREADS.fetch_update(Ordering::SeqCst, Ordering::SeqCst, is_free).is_err() {
+        return libc::EAGAIN;
+    }
+    let counted = Box::into_raw(Box::new((start, argument)));
+    // SAFETY: the thread takes the box; if there is none, it is taken back here.
+    unsafe {
+        let refused = real::pthread_create()(thread, attributes, run_counted, counted.cast());
+        if refused != 0 {
+            THREADS.fetch_sub(1, Ordering::SeqCst);
+            drop(Box::from_raw(counted));
+        }
+        refused
+    }
+}
+
+/// Threads that run, beside the first, where their number is limited.
+static THREADS: AtomicU64 = AtomicU64::new(0);
+
+/// Runs what a thread is for; then there is room for another.
+extern "C" fn run_counted(counted: *mut c_void) -> *mut c_void {
+    // SAFETY: `pthread_create` made a box of it for this thread alone.
+    let counted = unsafe { Box::from_raw(counted.cast::<(StartRoutine, *mut c_void)>()) };
+    let done = counted.0(counted.1);
+    THREADS.fetch_sub(1, Ordering::SeqCst);
+    done
 }
 
 /// A function of the C library that does something to files or folders.
 macro_rules! deed {
-    ($($name:ident($($argument:ident: $type:ty),*) is $deed:ident if $counts:expr;)*) => {
+    ($($name:ident($($argument:ident: $type:ty),*) is $deed:ident if $counts:expr, |$log:ident, $done:ident| $record:expr;)*) => {
         $(
             /// # Safety
             /// That of the function of this name.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $name($($argument: $type),*) -> c_int {
-                // SAFETY: the arguments are the caller's.
-                let call = || unsafe { real::$name()($($argument),*) };
+                let call = || {
+                    let log = log::begin();
+                    // SAFETY: the arguments are the caller's.
+                    let $done = unsafe { real::$name()($($argument),*) };
+                    if let Some($log) = log && $done >= 0 {
+                        $record
+                    }
+                    $done
+                };
                 if $counts { done(Deed::$deed, call) } else { call() }
             }
         )*
@@ -264,11 +334,13 @@ macro_rules! deed {
 }
 
 deed! {
-    fsync(fd: c_int) is Sync if is_file(fd);
-    fdatasync(fd: c_int) is Sync if is_file(fd);
-    ftruncate64(fd: c_int, length: off64_t) is Sync if is_file(fd);
-    open64(path: *const c_char, flags: c_int, mode: c_uint) is Sync if is_own(path);
-    rename(from: *const c_char, to: *const c_char) is Name if is_own(to);
-    unlink(path: *const c_char) is Remove if is_own(path);
-    mkdir(path: *const c_char, mode: mode_t) is Name if is_own(path);
+    fsync(fd: c_int) is Sync if is_file(fd), |log, done| log.synced(fd);
+    fdatasync(fd: c_int) is Sync if is_file(fd), |log, done| log.synced(fd);
+    ftruncate64(fd: c_int, length: off64_t) is Sync if is_file(fd), |log, done| log.truncated(fd, length);
+    open64(path: *const c_char, flags: c_int, mode: c_uint) is Sync if is_own(path), |log, done| log.opened(done, path, flags);
+    rename(from: *const c_char, to: *const c_char) is Name if is_own(to), |log, done| log.renamed(from, to);
+    unlink(path: *const c_char) is Remove if is_own(path), |log, done| log.removed(path);
+    mkdir(path: *const c_char, mode: mode_t) is Name if is_own(path), |log, done| log.made(path);
+    rmdir(path: *const c_char) is Remove if false, |log, done| log.removed(path);
+    unlinkat(folder: c_int, path: *const c_char, flags: c_int) is Remove if false, |log, done| log.removed_at(folder, path);
 }

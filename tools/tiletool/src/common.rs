@@ -6,24 +6,53 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::available_parallelism;
 
 use anyhow::Context;
 use bytesize::ByteSize;
 use clap::Args;
 use delaunay_tiles::build::default_memory;
+use delaunay_tiles::io::start_thread;
 use delaunay_tiles::store::{OpenOptions, TileReader};
 use serde::Serialize;
+use tokio::runtime::Builder;
+use tokio::sync::oneshot;
 
-/// Runs a command's asynchronous part.
+use crate::limits;
+
+/// Runs a command's asynchronous part: on a thread for each processor, or on this one where the system refuses others.
 pub fn block_on<T>(future: impl Future<Output = anyhow::Result<T>>) -> anyhow::Result<T> {
-    let runtime = tokio::runtime::Builder::new_multi_thread()
-        .enable_all()
-        .build()
-        .context("cannot start the threads that do the I/O")?;
+    let workers = available_parallelism().map_or(1, usize::from);
+    // A runtime panics where it is refused a thread.
+    let mut runtime = match limits::can_start(workers) {
+        true => Builder::new_multi_thread(),
+        false => Builder::new_current_thread(),
+    };
+    runtime.worker_threads(workers);
+    let runtime = runtime.enable_all().build().context("cannot start the runtime")?;
     let done = runtime.block_on(future);
     // Operations nobody waits for any more must not hold up the end.
     runtime.shutdown_background();
     done
+}
+
+/// Does what takes long on a thread of its own.
+pub async fn on_thread<T: Send + 'static>(
+    name: &str,
+    work: impl FnOnce() -> anyhow::Result<T> + Send + 'static,
+) -> anyhow::Result<T> {
+    begin(name, work)?.await
+}
+
+/// Begins what takes long on a thread of its own.
+pub fn begin<T: Send + 'static>(
+    name: &str,
+    work: impl FnOnce() -> anyhow::Result<T> + Send + 'static,
+) -> anyhow::Result<impl Future<Output = anyhow::Result<T>>> {
+    let (reply, answer) = oneshot::channel();
+    // Whoever asked may have gone away; then nobody needs the answer.
+    start_thread(name, move || drop(reply.send(work())))?;
+    Ok(async { answer.await.context("a thread broke down")? })
 }
 
 /// How much memory a command may use.
@@ -74,9 +103,9 @@ async fn open_url(url: &str, _: OpenOptions) -> anyhow::Result<TileReader> {
 pub fn interruption() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
-    std::thread::spawn(move || {
-        // Without a runtime Ctrl-C ends the process at once, as it would without this thread.
-        let Ok(runtime) = tokio::runtime::Builder::new_current_thread().enable_all().build() else {
+    // Without a thread or a runtime Ctrl-C ends the process at once, and the next run cleans up.
+    let _ = start_thread("interruption", move || {
+        let Ok(runtime) = Builder::new_current_thread().enable_all().build() else {
             return;
         };
         if runtime.block_on(tokio::signal::ctrl_c()).is_ok() {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
+use delaunay_tiles::io::output_target;
 use delaunay_tiles::store::{OpenOptions, TileReader};
 use serde::Serialize;
 
@@ -44,7 +45,8 @@ pub fn run(args: CompactArgs) -> anyhow::Result<()> {
         anyhow::bail!("{} exists; give --force to replace it", output.display());
     }
     // Whoever edits it has it locked.
-    let lock = File::open(&args.file).with_context(|| args.file.display().to_string())?;
+    let lock = output_target(&args.file).and_then(File::open);
+    let lock = lock.with_context(|| args.file.display().to_string())?;
     if lock.try_lock().is_err() {
         anyhow::bail!("{}: somebody else is changing it; try again later", args.file.display());
     }

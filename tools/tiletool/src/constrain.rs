@@ -91,7 +91,7 @@ pub fn run(args: ConstrainArgs) -> anyhow::Result<()> {
 async fn constrain(file: &Path, lines: Lines, memory: u64) -> anyhow::Result<(EditSummary, Lines)> {
     let editor = Editor::open(file, memory).await?;
     let first_line = editor.first_line();
-    let (editor, lines) = tokio::task::spawn_blocking(move || lines.feed_editor(editor)).await??;
+    let (editor, lines) = common::on_thread("lines", move || lines.feed_editor(editor)).await?;
     if lines.segments() == 0 {
         anyhow::bail!("there are no lines in these files; {} was not changed", file.display());
     }

@@ -3,7 +3,6 @@
 //! What goes to a file is written beside it under another name, and renamed when all of it is complete and on the disk: an
 //! export that fails or is interrupted leaves nothing, and does not touch what stood there before.
 
-use std::fs::{self, File, OpenOptions};
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
@@ -13,9 +12,9 @@ use delaunay_tiles::build::peak_memory;
 use delaunay_tiles::export::{ExportOptions, Exported, Format, export};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
-use tempfile::TempPath;
 
 use crate::common::{self, MemoryArgs};
+use crate::output::Output;
 
 /// Write the triangulation in another format: PLY, Triangle's .node and .ele, OBJ or GeoJSON.
 ///
@@ -171,9 +170,10 @@ async fn write(
         outputs.push(Box::new(io::stdout()));
     } else {
         for name in names {
-            let (target, output) = Target::create(name, file)?;
+            let mut target = create(name, file)?;
+            let output = target.file().try_clone();
+            outputs.push(Box::new(output.with_context(|| name.display().to_string())?));
             targets.push(target);
-            outputs.push(Box::new(output));
         }
     }
     let progress = |done, total| {
@@ -189,13 +189,13 @@ async fn write(
             joined(names)
         }
     })?;
-    // All are on the disk before the first gets its name.
-    for target in &targets {
-        target.sync().await?;
-    }
-    for target in targets {
-        target.publish()?;
-    }
+    // All are on the disk before the first gets its name: on another thread, because an interrupt shall not wait for it.
+    let finish = move || {
+        targets.iter().try_for_each(Output::sync)?;
+        Ok(targets.into_iter().try_for_each(Output::publish)?)
+    };
+    let finished = common::on_thread("finishing", finish).await;
+    finished.with_context(|| format!("cannot write {}", joined(names)))?;
     Ok(exported)
 }
 
@@ -207,83 +207,12 @@ fn joined(names: &[PathBuf]) -> String {
         .join(", ")
 }
 
-/// An output on the way to its name.
-struct Target {
-    name: PathBuf,
-    /// The file, and where it is until it gets its name; None for what is written in place, a device or a pipe.
-    unfinished: Option<(File, TempPath)>,
-}
-
-impl Target {
-    /// Opens an output that is not the input. Returns what to write to as well.
-    fn create(name: &Path, input: &Path) -> anyhow::Result<(Self, File)> {
-        let shown = name.display();
-        let mut name = name.to_owned();
-        match fs::metadata(&name) {
-            Ok(found) if found.is_dir() => bail!("{shown} is a folder"),
-            Ok(found) if found.is_file() => {
-                // What a symbolic link points to is replaced, and the link stays.
-                name = name.canonicalize().with_context(|| shown.to_string())?;
-                let is_input = input.canonicalize().is_ok_and(|input| input == name);
-                ensure!(!is_input, "{shown} is the tile file itself");
-            }
-            Ok(_) => {
-                let output = OpenOptions::new()
-                    .write(true)
-                    .open(&name)
-                    .with_context(|| shown.to_string())?;
-                let unfinished = None;
-                return Ok((Self { name, unfinished }, output));
-            }
-            // Not there; or what else is wrong shows below.
-            Err(_) => {}
-        }
-        let file_name = name
-            .file_name()
-            .with_context(|| format!("{shown} is no name of a file"))?;
-        let mut prefix = file_name.to_owned();
-        prefix.push(".");
-        // Made like any other file, and not for its owner only, as temporary files are by default.
-        let made = tempfile::Builder::new()
-            .prefix(&prefix)
-            .suffix(".partial")
-            .make_in(folder(&name), |path| File::create_new(path));
-        let (file, path) = made.with_context(|| format!("cannot create {shown}"))?.into_parts();
-        let output = file.try_clone().with_context(|| shown.to_string())?;
-        let unfinished = Some((file, path));
-        Ok((Self { name, unfinished }, output))
-    }
-
-    /// Waits until all is on the disk: on another thread, because it may take long, and an interrupt shall not.
-    async fn sync(&self) -> anyhow::Result<()> {
-        let Some((file, _)) = &self.unfinished else {
-            return Ok(());
-        };
-        let failed = || format!("cannot write {}", self.name.display());
-        let file = file.try_clone().with_context(failed)?;
-        tokio::task::spawn_blocking(move || file.sync_all())
-            .await?
-            .with_context(failed)
-    }
-
-    /// Gives the file its name.
-    fn publish(self) -> anyhow::Result<()> {
-        let Some((_, path)) = self.unfinished else {
-            return Ok(());
-        };
-        let shown = self.name.display();
-        let renamed = path.persist(&self.name).map_err(|error| error.error);
-        renamed.with_context(|| format!("cannot give the finished file its name {shown}"))?;
-        let folder = folder(&self.name);
-        let synced = File::open(folder).and_then(|folder| folder.sync_all());
-        synced.with_context(|| format!("cannot sync the folder {}", folder.display()))
-    }
-}
-
-/// The folder that a file lies in.
-fn folder(name: &Path) -> &Path {
-    match name.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    }
+/// Opens an output that is not the input.
+fn create(name: &Path, input: &Path) -> anyhow::Result<Output> {
+    let shown = name.display();
+    let is_input = name
+        .canonicalize()
+        .is_ok_and(|name| input.canonicalize().is_ok_and(|input| input == name));
+    ensure!(!is_input, "{shown} is the tile file itself");
+    Output::create(name).with_context(|| format!("cannot create {shown}"))
 }

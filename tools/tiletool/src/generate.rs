@@ -4,7 +4,6 @@
 //! little-endian u32 pairs of record numbers, if there are segments. Points are written as they are computed: memory does
 //! not grow with their number. A file appears under its name when it is complete and on the disk, or not at all.
 
-use std::fs::{self, File};
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -17,6 +16,7 @@ use distributions::{Kind, LongSegments, Pslg, points, points3};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::common;
+use crate::output::Output;
 
 /// Write seeded test data: points, and segments that do not cross.
 ///
@@ -172,13 +172,13 @@ impl Data {
         if !matches!(self.source, Source::Points { .. }) {
             segment_file = Some(Output::create(segment_path).with_context(|| failed(segment_path))?);
         }
-        self.write_points(&mut point_file.file, &mut progress)
+        self.write_points(point_file.file(), &mut progress)
             .with_context(|| failed(path))?;
         point_file.sync().with_context(|| failed(path))?;
         let mut segments = None;
         if let Some(mut file) = segment_file {
             bar.set_message("segments");
-            let count = self.write_segments(&mut file.file, &mut |_| progress(self.records()));
+            let count = self.write_segments(file.file(), &mut |_| progress(self.records()));
             segments = Some(count.with_context(|| failed(segment_path))?);
             file.sync().with_context(|| failed(segment_path))?;
             file.publish().with_context(|| failed(segment_path))?;
@@ -231,63 +231,6 @@ fn flat_bytes([x, y]: [f64; 2]) -> [[u8; 8]; 3] {
 /// The bytes of a segment.
 fn end_bytes(ends: [u32; 2]) -> [[u8; 4]; 2] {
     ends.map(u32::to_le_bytes)
-}
-
-/// A file that gets its name when it is complete; dropped before that, it leaves nothing behind.
-struct Output {
-    file: File,
-    /// The name until then and the name thereafter; none for a device or a pipe, which is written in place.
-    names: Option<[PathBuf; 2]>,
-}
-
-impl Output {
-    fn create(path: &Path) -> io::Result<Self> {
-        // The file behind a symbolic link is replaced, not the link.
-        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-        match fs::metadata(&target) {
-            Ok(metadata) if metadata.is_dir() => return Err(io::Error::new(ErrorKind::IsADirectory, "is a directory")),
-            Ok(metadata) if !metadata.is_file() => {
-                return Ok(Output {
-                    file: File::options().write(true).open(target)?,
-                    names: None,
-                });
-            }
-            _ => {}
-        }
-        let mut name = target.file_name().unwrap_or_default().to_owned();
-        name.push(format!(".{}.partial", std::process::id()));
-        let partial = target.with_file_name(name);
-        Ok(Output {
-            file: File::create_new(&partial)?,
-            names: Some([partial, target]),
-        })
-    }
-
-    /// Waits until everything is on the disk: a full disk may show only then.
-    fn sync(&self) -> io::Result<()> {
-        if self.names.is_some() {
-            self.file.sync_all()
-        } else {
-            Ok(())
-        }
-    }
-
-    fn publish(mut self) -> io::Result<()> {
-        if let Some([partial, target]) = &self.names {
-            fs::rename(partial, target)?;
-        }
-        self.names = None;
-        Ok(())
-    }
-}
-
-impl Drop for Output {
-    fn drop(&mut self) {
-        if let Some([partial, _]) = &self.names {
-            // An error is under way already; this one would hide it.
-            let _ = fs::remove_file(partial);
-        }
-    }
 }
 
 /// A progress bar on standard error; indicatif hides it if that is no terminal.

@@ -12,10 +12,13 @@ mod export;
 mod generate;
 mod input_args;
 mod inspect;
+mod limits;
 mod lines;
+mod output;
 mod plot;
 mod progress;
 mod query;
+mod system;
 mod verify;
 
 use std::process::ExitCode;
@@ -55,7 +58,20 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let done = match Cli::parse().command {
+    let command = Cli::parse().command;
+    let done = limits::prepare().and_then(|()| run(command));
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) if common::is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            common::say(format_args!("error: {error:#}"));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(command: Command) -> anyhow::Result<()> {
+    match command {
         Command::Build(args) => build::run(args),
         Command::Constrain(args) => constrain::run(args),
         Command::Compact(args) => compact::run(args),
@@ -67,13 +83,5 @@ fn main() -> ExitCode {
         Command::Query(args) => query::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Experiment(args) => experiment::run(args),
-    };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) if common::is_broken_pipe(&error) => ExitCode::SUCCESS,
-        Err(error) => {
-            common::say(format_args!("error: {error:#}"));
-            ExitCode::FAILURE
-        }
     }
 }

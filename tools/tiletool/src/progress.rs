@@ -7,6 +7,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use delaunay_tiles::build::{Phase, Progress};
+use delaunay_tiles::io::start_thread;
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// A bar that follows a build until it is dropped.
@@ -22,10 +23,12 @@ impl Bar {
     /// Shows a bar on the standard error, if that is a terminal.
     pub fn show(progress: Arc<Progress>, input: Bytes) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
-        let thread = std::io::stderr().is_terminal().then(|| {
+        let follows = std::io::stderr().is_terminal().then(|| {
             let stop = Arc::clone(&stop);
-            thread::spawn(move || follow(&progress, &input, &stop))
+            start_thread("progress", move || follow(&progress, &input, &stop))
         });
+        // Without a thread there is no bar.
+        let thread = follows.and_then(Result::ok);
         Self { stop, thread }
     }
 }

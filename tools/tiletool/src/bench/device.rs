@@ -60,7 +60,8 @@ impl Device {
             Ok(())
         };
         thread::scope(|scope| {
-            let workers: Vec<_> = (0..depth).map(|_| scope.spawn(work)).collect();
+            let workers = (0..depth).map(|_| thread::Builder::new().spawn_scoped(scope, work));
+            let workers: Vec<_> = workers.collect::<io::Result<_>>()?;
             workers.into_iter().try_for_each(|worker| {
                 let done = worker.join();
                 done.unwrap_or_else(|_| Err(io::Error::other("a thread that read is gone")))

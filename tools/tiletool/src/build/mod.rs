@@ -11,6 +11,7 @@ use bytesize::ByteSize;
 use clap::Args;
 use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates};
 use delaunay_tiles::input::{PointBatch, PointSource, Returns};
+use delaunay_tiles::io::output_target;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::Source;
 use serde::{Deserialize, Serialize};
@@ -116,6 +117,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
             "a build with the lines of a .poly file, or with --exterior hole, cannot be resumed; leave out --resume"
         );
     }
+    let can_resume = options.resumable.is_some();
     let progress = Arc::clone(&options.progress);
     let (read, total) = (Arc::new(AtomicU64::new(0)), source.total_bytes());
     let bar = (!args.quiet && !args.json).then(|| {
@@ -148,7 +150,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
         }
     });
     drop(bar);
-    let (summary, read) = built.map_err(|error| how_to_go_on(error, &args.output))?;
+    let (summary, read) = built.map_err(|error| how_to_go_on(error, &args.output, can_resume))?;
     for note in read.notes.iter().filter(|_| !args.quiet) {
         common::say(format_args!("note: {note}"));
     }
@@ -162,8 +164,9 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
 }
 
 /// Says of a build that was stopped from without what became of its work.
-fn how_to_go_on(error: anyhow::Error, output: &Path) -> anyhow::Error {
-    let mut folder = output.as_os_str().to_owned();
+fn how_to_go_on(error: anyhow::Error, output: &Path, can_resume: bool) -> anyhow::Error {
+    let target = output_target(output);
+    let mut folder = target.as_deref().unwrap_or(output).as_os_str().to_owned();
     folder.push(".partial");
     let folder = Path::new(&folder);
     let what = match error.downcast_ref() {
@@ -172,7 +175,13 @@ fn how_to_go_on(error: anyhow::Error, output: &Path) -> anyhow::Error {
         _ => format!("{error:#}"),
     };
     let shown = folder.display();
-    if folder.join("plan").exists() {
+    if !can_resume {
+        // What is there is about to go away, or was there before.
+        match what == "interrupted" {
+            true => anyhow::anyhow!("{what}; {} was not written, and its work is not kept", output.display()),
+            false => error,
+        }
+    } else if folder.join("plan").exists() {
         anyhow::anyhow!("{what}; the work so far is kept in {shown}: the same command with --resume goes on with it")
     } else if folder.exists() {
         anyhow::anyhow!("{what}; {shown} is kept, but the input was not all there yet: --resume starts again")
@@ -209,7 +218,7 @@ async fn build(
         let read = serde_json::from_str(&builder.description().memo).unwrap_or_default();
         return Ok((builder.finish().await?, read));
     }
-    let (builder, lines) = tokio::task::spawn_blocking(move || lines.feed(builder)).await??;
+    let (builder, lines) = common::on_thread("lines", move || lines.feed(builder)).await?;
     let built = build_points(source, builder, &lines, read, is_filtered, cancelled).await;
     built.map_err(|error| lines.name_in(error))
 }
@@ -227,10 +236,10 @@ async fn build_points(
     // A filter may leave few of the points that a file announces.
     if let Some(points) = source.expected_points().filter(|_| !is_filtered) {
         let sample;
-        (sample, source) = tokio::task::spawn_blocking(move || (source.sample(SAMPLE), source)).await?;
-        builder.expect(points, sample?)?;
+        (sample, source) = common::on_thread("sample", move || Ok((source.sample(SAMPLE)?, source))).await?;
+        builder.expect(points, sample)?;
     }
-    let reading = tokio::task::spawn_blocking(move || {
+    let reading = common::begin("reading", move || {
         let mut batch = PointBatch::default();
         while source.next_batch(&mut batch)? {
             read.store(source.bytes_read(), Ordering::Relaxed);
@@ -238,8 +247,8 @@ async fn build_points(
                 break;
             }
         }
-        anyhow::Ok(source)
-    });
+        Ok(source)
+    })?;
     loop {
         let batch = tokio::select! {
             batch = batches.recv() => batch,
@@ -249,7 +258,7 @@ async fn build_points(
         let Some(batch) = batch else { break };
         builder.push(&batch).await?;
     }
-    let source = reading.await??;
+    let source = reading.await?;
     let (has_z, lines_have_z) = (source.has_z(), lines.has_z());
     let sources = source.sources().iter().map(|(name, records)| Source {
         name: name.clone(),

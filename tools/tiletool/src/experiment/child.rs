@@ -97,7 +97,7 @@ pub fn measure(mut command: Command, folder: &Path, most: Option<u64>, stop: &At
 fn watch(child: &Child, most: u64, stop: &AtomicBool) -> anyhow::Result<Option<u64>> {
     let (is_over, pid) = (AtomicBool::new(false), Pid::from_child(child));
     thread::scope(|scope| {
-        let looking = scope.spawn(|| {
+        let look = || {
             let mut peak = None;
             while !is_over.load(Ordering::Relaxed) {
                 let memory = Memory::of(child.id());
@@ -110,7 +110,10 @@ fn watch(child: &Child, most: u64, stop: &AtomicBool) -> anyhow::Result<Option<u
                 thread::sleep(LOOK);
             }
             peak
-        });
+        };
+        let looking = thread::Builder::new()
+            .spawn_scoped(scope, look)
+            .context("cannot start a thread")?;
         let ended = loop {
             match waitid(WaitId::Pid(pid), WaitIdOptions::EXITED | WaitIdOptions::NOWAIT) {
                 Err(rustix::io::Errno::INTR) => {}

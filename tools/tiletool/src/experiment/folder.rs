@@ -1,19 +1,27 @@
 //! The folder that an experiment fills, and a place for what it needs in the meantime.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use tempfile::TempDir;
 
 use crate::common;
+use crate::output;
 use crate::plot;
+
+/// How the names of scratch folders begin.
+const PREFIX: &str = ".experiment-";
+/// A file in each of them.
+const LOCK: &str = "lock";
 
 /// Where an experiment's results go.
 pub struct Folder {
     path: PathBuf,
-    /// Removed with everything in it when the experiment is over, however it ends.
+    /// Removed with everything in it when the experiment is over; if it was killed, by the next one that fills the folder.
     scratch: TempDir,
+    /// In the scratch folder, locked as long as the experiment runs.
+    _lock: File,
     results: Vec<(String, Vec<u8>)>,
 }
 
@@ -27,13 +35,19 @@ impl Folder {
             bail!("{shown} is not a folder; -o names the folder for the results");
         }
         fs::create_dir_all(path).with_context(|| format!("{shown}: cannot make the folder for the results"))?;
-        let scratch = tempfile::Builder::new()
-            .prefix(".experiment-")
-            .tempdir_in(path)
-            .with_context(|| format!("{shown}: cannot write into the folder for the results"))?;
+        remove_dead(path);
+        let scratch = tempfile::Builder::new().prefix(PREFIX).tempdir_in(path);
+        let locked = scratch.and_then(|scratch| {
+            let lock = File::create_new(scratch.path().join(LOCK))?;
+            lock.try_lock()?;
+            Ok((scratch, lock))
+        });
+        let (scratch, lock) =
+            locked.with_context(|| format!("{shown}: cannot write into the folder for the results"))?;
         Ok(Self {
             path: path.to_owned(),
             scratch,
+            _lock: lock,
             results: Vec::new(),
         })
     }
@@ -77,10 +91,22 @@ impl Folder {
         let mut written = String::new();
         for (name, bytes) in &self.results {
             let path = self.path.join(name);
-            plot::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
+            output::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
             written += &format!("{}\n", path.display());
         }
         common::print(&written)
+    }
+}
+
+/// Removes what experiments have left that were killed.
+fn remove_dead(path: &Path) {
+    let entries = fs::read_dir(path).into_iter().flatten().flatten();
+    for entry in entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(PREFIX)) {
+        let lock = File::open(entry.path().join(LOCK));
+        if lock.is_ok_and(|lock| lock.try_lock().is_ok()) {
+            // If it stays, the next one tries again.
+            let _ = fs::remove_dir_all(entry.path());
+        }
     }
 }
 
@@ -106,6 +132,22 @@ mod tests {
         drop(folder);
         assert_eq!(names(&path), ["t.csv"]);
         assert_eq!(fs::read(path.join("t.csv")).unwrap(), b"1\n");
+    }
+
+    #[test]
+    fn scratch_of_a_killed_experiment_goes_and_that_of_a_running_one_stays() {
+        let outer = tempfile::tempdir().unwrap();
+        let dead = outer.path().join(".experiment-dead");
+        fs::create_dir(&dead).unwrap();
+        for name in [LOCK, "large"] {
+            fs::write(dead.join(name), "x").unwrap();
+        }
+        let running = Folder::create(outer.path()).unwrap();
+        assert!(!dead.exists());
+        let other = Folder::create(outer.path()).unwrap();
+        assert!(running.scratch().join(LOCK).exists());
+        drop((running, other));
+        assert!(names(outer.path()).is_empty());
     }
 
     #[test]

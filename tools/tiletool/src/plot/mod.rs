@@ -14,8 +14,6 @@ pub mod scene;
 pub mod style;
 mod svg;
 
-use std::ffi::OsString;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -24,6 +22,7 @@ use delaunay_tiles::store::TileReader;
 use serde::Serialize;
 
 use crate::common::{bytes, file_name, thousands};
+use crate::output;
 use page::Page;
 pub use query::Overlay;
 use scene::Scene;
@@ -129,20 +128,6 @@ pub async fn draw_query(reader: &TileReader, file: &PlotFile, overlay: &Overlay)
 /// Writes a picture: its bytes.
 fn save(file: &PlotFile, svg: String) -> anyhow::Result<u64> {
     let picture = file.kind.encode(svg)?;
-    write(&file.path, &picture).with_context(|| format!("{}: cannot write the map", file.path.display()))?;
+    output::write(&file.path, &picture).with_context(|| format!("{}: cannot write the map", file.path.display()))?;
     Ok(picture.len() as u64)
-}
-
-/// Writes a file that appears under its name when it is complete.
-pub fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let mut name = OsString::from(".");
-    name.push(path.file_name().unwrap_or_default());
-    name.push(format!(".{}.partial", std::process::id()));
-    let partial = path.with_file_name(name);
-    let written = fs::write(&partial, bytes).and_then(|()| fs::rename(&partial, path));
-    if written.is_err() {
-        // The first error is the one to report.
-        let _ = fs::remove_file(&partial);
-    }
-    written
 }
