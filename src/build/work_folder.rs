@@ -21,7 +21,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::BuildError;
-use crate::io::{folder_of, is_named, output_target, sync_folder};
+use crate::io::{folder_of, is_named, output_target};
 
 const LOCK: &str = "lock";
 const TILES: &str = "tiles";
@@ -195,13 +195,16 @@ impl WorkFolder {
     /// Gives the completed file its name; the folder goes away.
     pub(super) fn publish(&self) -> Result<(), BuildError> {
         let output = &self.output;
+        let folder = folder_of(output);
+        let cannot = |error| BuildError::io(folder, "sync the folder", error);
+        // Before the file has its name, so that a refusal leaves what was there.
+        let opened = File::open(folder).map_err(cannot)?;
         output_target(output)
             .and_then(|_| fs::rename(self.file(), output))
             .map_err(|e| BuildError::io(output, "rename the finished file to", e))?;
         self.published.store(true, Ordering::Relaxed);
         self.keep(false);
-        let folder = folder_of(output);
-        sync_folder(folder).map_err(|e| BuildError::io(folder, "sync the folder", e))
+        opened.sync_all().map_err(cannot)
     }
 }
 

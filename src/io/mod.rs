@@ -34,7 +34,7 @@ pub use memory::MemoryFile;
 #[cfg(feature = "object-store")]
 pub use object::ObjectFile;
 pub use output_file::{OutputFile, output_target};
-pub(crate) use output_file::{folder_of, is_named, sync_folder};
+pub(crate) use output_file::{folder_of, is_named};
 pub(crate) use pool::blocking;
 pub(crate) use start::start_scoped;
 pub use start::start_thread;

@@ -49,8 +49,7 @@ fn no_file(found: &fs::Metadata) -> io::Error {
     } else {
         "a device"
     };
-    let message = format!("it is {what}, which is not replaced by a file; choose another name");
-    io::Error::new(ErrorKind::InvalidInput, message)
+    io::Error::new(ErrorKind::InvalidInput, format!("it is {what} and not a file"))
 }
 
 /// The folder that a file lies in.
@@ -136,9 +135,11 @@ impl OutputFile {
     pub fn publish(mut self) -> io::Result<()> {
         self.file.sync_all()?;
         output_target(&self.target)?;
+        // Before the file has its name, so that a refusal leaves what was there.
+        let folder = File::open(folder_of(&self.target))?;
         fs::rename(&self.partial, &self.target)?;
         self.is_published = true;
-        sync_folder(folder_of(&self.target))
+        folder.sync_all()
     }
 }
 
@@ -149,11 +150,6 @@ impl Drop for OutputFile {
             let _ = fs::remove_file(&self.partial);
         }
     }
-}
-
-/// Brings the names in a folder onto the medium.
-pub(crate) fn sync_folder(folder: &Path) -> io::Result<()> {
-    File::open(folder)?.sync_all()
 }
 
 fn about(path: &Path, error: io::Error) -> io::Error {

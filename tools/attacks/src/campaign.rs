@@ -34,14 +34,33 @@ impl Context {
         Ok(Self { tool })
     }
 
+    /// The tool in a folder, with arguments that have blanks between them.
+    pub fn command(&self, folder: &Path, args: &str) -> Command {
+        let mut command = Command::new(&self.tool);
+        command.current_dir(folder).args(args.split(' ')).stdin(Stdio::null());
+        command
+    }
+
+    /// The library `tools/faults`, to be preloaded.
+    ///
+    /// # Errors
+    /// If it is not there.
+    pub fn preload(&self) -> anyhow::Result<PathBuf> {
+        let own = env::current_exe()?;
+        let found = ["libfaults.so", "deps/libfaults.so"].map(|name| own.with_file_name(name));
+        let found = found.into_iter().find(|path| path.is_file());
+        found.context("libfaults.so is not beside this program; build package faults in the same profile")
+    }
+
     /// Runs the tool in a folder, with arguments that have blanks between them. Returns what it prints.
     ///
     /// # Errors
     /// If it fails; the error holds what it complains of.
     pub fn run(&self, folder: &Path, args: &str) -> anyhow::Result<String> {
-        let mut command = Command::new(&self.tool);
-        command.current_dir(folder).args(args.split(' ')).stdin(Stdio::null());
-        let output = command.output().with_context(|| self.tool.display().to_string())?;
+        let output = self
+            .command(folder, args)
+            .output()
+            .with_context(|| self.tool.display().to_string())?;
         let errors = String::from_utf8_lossy(&output.stderr);
         ensure!(output.status.success(), "tiletool {args}: {}: {errors}", output.status);
         Ok(String::from_utf8(output.stdout)?)

@@ -9,7 +9,9 @@
 
 mod bytes;
 mod campaign;
+mod power;
 mod pslg;
+mod refusals;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -45,6 +47,10 @@ enum Attack {
     Pslg,
     /// Tile files with changed bytes, with right checksums and with wrong ones.
     Bytes,
+    /// Limits of the system, under which a command does all or nothing.
+    Refusals,
+    /// Power cuts, replayed from logs of writes.
+    Power,
 }
 
 impl Attack {
@@ -53,6 +59,8 @@ impl Attack {
         match self {
             Self::Pslg => pslg::round,
             Self::Bytes => bytes::round,
+            Self::Refusals => refusals::round,
+            Self::Power => power::round,
         }
     }
 }

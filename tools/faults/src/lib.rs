@@ -233,7 +233,9 @@ pub unsafe extern "C" fn read(fd: c_int, to: *mut c_void, bytes: size_t) -> ssiz
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn write(fd: c_int, from: *const c_void, bytes: size_t) -> ssize_t {
     // SAFETY: the caller vouches for as many bytes or more.
-    moved(fd, bytes, Deed::Write, |bytes| logged(fd, None, from, || unsafe { real::write()(fd, from, bytes) }))
+    moved(fd, bytes, Deed::Write, |bytes| {
+        logged(fd, None, from, || unsafe { real::write()(fd, from, bytes) })
+    })
 }
 
 /// # Safety
@@ -283,7 +285,10 @@ pub unsafe extern "C" fn pthread_create(
         return unsafe { real::pthread_create()(thread, attributes, start, argument) };
     };
     let is_free = |threads| (threads < most).then_some(threads + 1);
-    if THREADS.fetch_update(Ordering::SeqCst, Ordering::SeqCst, is_free).is_err() {
+    if THREADS
+        .fetch_update(Ordering::SeqCst, Ordering::SeqCst, is_free)
+        .is_err()
+    {
         return libc::EAGAIN;
     }
     let counted = Box::into_raw(Box::new((start, argument)));

@@ -129,9 +129,9 @@ impl Log {
         let name = match folder {
             libc::AT_FDCWD => self.path(path),
             // SAFETY: whoever calls the C library gives it a path that ends with a zero.
-            _ => self.open_path(folder).map(|(folder, ..)| {
-                folder.join(OsStr::from_bytes(unsafe { CStr::from_ptr(path) }.to_bytes()))
-            }),
+            _ => self
+                .open_path(folder)
+                .map(|(folder, ..)| folder.join(OsStr::from_bytes(unsafe { CStr::from_ptr(path) }.to_bytes()))),
         };
         self.removed_path(name);
     }

@@ -1,7 +1,8 @@
 //! Where commands write: files that appear under their name when they are complete, and devices and pipes, which are written as they are.
 
-use std::fs::{self, File};
+use std::fs::{self, File, FileType};
 use std::io::{self, Write};
+use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
 
 use delaunay_tiles::io::OutputFile;
@@ -18,7 +19,8 @@ impl Output {
     ///
     /// Fails for a folder or a socket, and if another process is writing the same output.
     pub fn create(path: &Path) -> io::Result<Self> {
-        if fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+        let is_stream = |kind: FileType| kind.is_fifo() || kind.is_char_device() || kind.is_block_device();
+        if fs::metadata(path).is_ok_and(|found| is_stream(found.file_type())) {
             let file = File::options().write(true).open(path)?;
             return Ok(Self { file, unfinished: None });
         }

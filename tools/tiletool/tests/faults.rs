@@ -7,23 +7,15 @@
 mod support;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Output;
 
-use support::{errors, run, tiletool};
+use support::{errors, faults, run, tiletool};
 
 /// Most runs with calls that go wrong in one way; of more calls every few are tried.
 const MOST: u64 = 40;
 
 const WAYS: [&str; 6] = ["eio", "enospc", "eintr", "short", "torn", "delay"];
-
-/// The library to preload, which lies beside this test.
-fn faults() -> PathBuf {
-    let test = std::env::current_exe().unwrap();
-    let found = test.with_file_name("libfaults.so");
-    assert!(found.exists(), "{}: it is built with this test", found.display());
-    found
-}
 
 /// A command of the tool in a folder.
 struct Trial {

@@ -295,3 +295,33 @@ async fn build_points(
     }
     Ok((summary, read))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The message looked at the work folder alone, which a build with lines leaves for a moment, or an earlier build for ever.
+    #[test]
+    fn a_build_that_cannot_be_resumed_never_speaks_of_resuming() {
+        let folder = tempfile::tempdir().unwrap();
+        let output = folder.path().join("out.tiles");
+        let work = folder.path().join("out.tiles.partial");
+        std::fs::create_dir(&work).unwrap();
+        for has_plan in [false, true] {
+            if has_plan {
+                std::fs::write(work.join("plan"), "").unwrap();
+            }
+            for error in [BuildError::Cancelled, BuildError::PointsComplete] {
+                let said = |can_resume| {
+                    let error = match error {
+                        BuildError::Cancelled => BuildError::Cancelled,
+                        _ => BuildError::PointsComplete,
+                    };
+                    how_to_go_on(error.into(), &output, can_resume).to_string()
+                };
+                assert!(!said(false).contains("--resume"), "{}", said(false));
+                assert!(said(true).contains("--resume"), "{}", said(true));
+            }
+        }
+    }
+}

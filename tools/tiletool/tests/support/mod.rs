@@ -2,10 +2,10 @@
 #![allow(dead_code, reason = "each test uses its part")]
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
@@ -66,6 +66,43 @@ pub fn kill_after(mut command: Command, time: Duration) {
     thread::sleep(time);
     let _ = child.kill();
     child.wait().unwrap();
+}
+
+/// A command that the shell runs after `before`, such as `ulimit -n 15`.
+pub fn after(before: &str, tool: &Command) -> Command {
+    let mut command = Command::new("sh");
+    command.args(["-c", &format!("{before} && exec \"$@\""), "sh"]);
+    command
+        .arg(tool.get_program())
+        .args(tool.get_args())
+        .stdin(Stdio::null());
+    if let Some(folder) = tool.get_current_dir() {
+        command.current_dir(folder);
+    }
+    command
+}
+
+/// The library of `tools/faults` to preload, which lies beside the tests that depend on it.
+pub fn faults() -> PathBuf {
+    let test = std::env::current_exe().unwrap();
+    let found = test.with_file_name("libfaults.so");
+    assert!(found.exists(), "{}: it is built with this test", found.display());
+    found
+}
+
+/// Runs a command, which is killed and fails the test if it takes more than a minute.
+#[track_caller]
+pub fn within_a_minute(mut command: Command) -> Output {
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let began = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if began.elapsed() > Duration::from_secs(60) {
+            child.kill().unwrap();
+            panic!("{command:?} hangs");
+        }
+        thread::sleep(Duration::from_millis(2));
+    }
+    child.wait_with_output().unwrap()
 }
 
 /// The names of what lies in a folder, sorted.

@@ -1,0 +1,286 @@
+//! Power cuts, replayed from a log of all that the tool does to its files.
+//!
+//! A round runs one command that replaces or changes a file, and logs its writes. Then power is cut many times in the log (`disk.rs`):
+//! under the final name there must be the old file or the new one, whole. After some cuts the command runs once more, which
+//! must make the new file and leave nothing else behind.
+
+mod disk;
+
+use std::collections::{BTreeMap, HashMap};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, ensure};
+use delaunay_tiles::io::MemoryFile;
+use delaunay_tiles::store::{OpenOptions, TileReader};
+use rand_chacha::ChaCha8Rng;
+use xxhash_rust::xxh3::xxh3_128;
+
+use crate::campaign::{Context, Counts, below};
+use disk::{Disk, Record, Tree, records};
+
+/// Cuts of a round, and those of them after which the command runs once more.
+const CUTS: usize = 300;
+const RERUNS: usize = 4;
+
+/// The file that commands write, and its inputs.
+const OUTPUT: &str = "x.tiles";
+
+/// A command, and the folder in which it runs.
+struct Scene {
+    folder: tempfile::TempDir,
+    root: PathBuf,
+    args: String,
+    /// Whether it changes the file in place, so that the new file can have other bytes.
+    is_edit: bool,
+    can_resume: bool,
+    /// The files that are there before and after.
+    names: Vec<PathBuf>,
+    old: Vec<u8>,
+    new: Vec<u8>,
+    digests: [String; 2],
+}
+
+/// Cuts power during one command.
+pub fn round(context: &Context, mut random: ChaCha8Rng) -> anyhow::Result<Counts> {
+    let random = &mut random;
+    let mut scene = Scene::prepare(context, random)?;
+    let before = Disk::of(&scene.root)?;
+    let log = scene.run(context)?;
+    let log = records(&log)?;
+    let mut cuts: Vec<usize> = (1..CUTS)
+        .map(|_| below(random, log.len() as u64 + 1) as usize)
+        .collect();
+    cuts.push(log.len());
+    cuts.sort_unstable();
+    let (mut checked, mut reruns, mut blocks) = (HashMap::new(), 0, 0);
+    let mut disk = before;
+    let mut done = 0;
+    for (number, &cut) in cuts.iter().enumerate() {
+        log[done..cut].iter().for_each(|record: &Record| disk.take(record));
+        done = cut;
+        let tree = disk.cut(random);
+        let story = format!("tiletool {}, cut after {cut} of {} records", scene.args, log.len());
+        let is_new = scene.check(&tree, &mut checked).with_context(|| story.clone())?;
+        ensure!(
+            cut < log.len() || is_new,
+            "{story}: the old file came back after the end"
+        );
+        let step = if scene.can_resume {
+            CUTS / (8 * RERUNS)
+        } else {
+            CUTS / RERUNS
+        };
+        if number % step == step / 2 {
+            blocks += scene.rerun(context, &tree, is_new).context(story)?;
+            reruns += 1;
+        }
+    }
+    Ok(vec![
+        ("cuts", cuts.len() as u64),
+        ("records", log.len() as u64),
+        ("commands run again", reruns),
+        ("blocks gone on from", blocks),
+    ])
+}
+
+impl Scene {
+    fn prepare(context: &Context, random: &mut ChaCha8Rng) -> anyhow::Result<Self> {
+        let folder = tempfile::tempdir()?;
+        let root = folder.path().join("root");
+        fs::create_dir(&root)?;
+        let root = root.canonicalize()?;
+        let run = |args: &str| context.run(&root, args);
+        let points = 1000 + below(random, 3000);
+        let seed = below(random, 1 << 32);
+        let vertices = 60 + below(random, 300);
+        let threads = 1 + below(random, 2);
+        let built = format!("-o {OUTPUT} --force --quiet --tile-vertices {vertices} --threads {threads}");
+        let kind = below(random, 5);
+        let walls: String = (1..4).map(|i| format!("0.2,0.{0}1,0.7,0.{0}2\n", 2 * i)).collect();
+        let old_points = 500 + below(random, 500);
+        let (prepared, args): (Vec<String>, String) = match kind {
+            0 => (
+                vec![
+                    format!("generate uniform -n {old_points} -o p.f64"),
+                    format!("build p.f64 {built}"),
+                    format!("generate uniform -n {points} --seed {seed} --pslg 0.3 -o p.f64"),
+                ],
+                format!("build p.f64 --segments p.u32 {built} --memory 4MiB"),
+            ),
+            1 => (
+                vec![
+                    format!("generate uniform -n {old_points} -o p.f64"),
+                    format!("build p.f64 {built}"),
+                    format!("generate uniform -n {} --seed {seed} -o p.f64", points + 7000),
+                ],
+                format!(
+                    "build p.f64 -o {OUTPUT} --force --quiet --tile-vertices 60 --threads {threads} --memory 130KiB"
+                ),
+            ),
+            2 => (
+                vec![
+                    format!("generate uniform -n {old_points} -o p.f64"),
+                    format!("build p.f64 {built}"),
+                    format!("generate uniform -n {points} --seed {seed} --long-segments 40 -o p.f64"),
+                ],
+                // So little memory that lines are put off.
+                format!("build p.f64 --walls p.u32 {built} --memory 1MiB"),
+            ),
+            _ => (
+                vec![
+                    format!("generate uniform -n {points} --seed {seed} -o p.f64"),
+                    format!("build p.f64 {built}"),
+                ],
+                match kind {
+                    3 => format!("constrain {OUTPUT} --walls w.csv --quiet"),
+                    _ => format!("compact {OUTPUT}"),
+                },
+            ),
+        };
+        for args in &prepared {
+            run(args)?;
+        }
+        if kind > 2 {
+            fs::write(root.join("w.csv"), walls)?;
+        }
+        if kind == 4 {
+            run(&format!("constrain {OUTPUT} --walls w.csv --quiet"))?;
+        }
+        let old = fs::read(root.join(OUTPUT))?;
+        Ok(Self {
+            digests: [run(&format!("digest {OUTPUT}"))?, String::new()],
+            names: names(&root)?,
+            folder,
+            root,
+            args,
+            is_edit: kind == 3,
+            can_resume: kind == 1,
+            old,
+            new: Vec::new(),
+        })
+    }
+
+    /// Runs the command, and returns the log of its writes.
+    fn run(&mut self, context: &Context) -> anyhow::Result<Vec<u8>> {
+        let log = self.folder.path().join("log");
+        let mut command = context.command(&self.root, &self.args);
+        command
+            .env("LD_PRELOAD", context.preload()?)
+            .env("FAULTS_LOG", &log)
+            .env("FAULTS_LOG_ROOT", &self.root);
+        let output = command.output()?;
+        let errors = String::from_utf8_lossy(&output.stderr);
+        ensure!(output.status.success(), "tiletool {}: {errors}", self.args);
+        self.new = fs::read(self.root.join(OUTPUT))?;
+        self.digests[1] = context.run(&self.root, &format!("digest {OUTPUT}"))?;
+        Ok(fs::read(log)?)
+    }
+
+    /// Fails unless the old file or the new one is there, whole. Returns whether it is the new one.
+    fn check(&self, tree: &Tree, checked: &mut HashMap<u128, bool>) -> anyhow::Result<bool> {
+        let found = tree.get(Path::new(OUTPUT)).and_then(Option::as_ref);
+        let found = found.context("there is no file any more")?;
+        if *found == self.old || *found == self.new {
+            return Ok(*found == self.new);
+        }
+        ensure!(self.is_edit, "the file is neither the old one nor the new one");
+        let hash = xxh3_128(found);
+        if let Some(&is_new) = checked.get(&hash) {
+            return Ok(is_new);
+        }
+        let digest = verified_digest(found)?;
+        let [old, new] = [&self.old, &self.new].map(|bytes| verified_digest(bytes));
+        let is_new = digest == new?;
+        ensure!(
+            is_new || digest == old?,
+            "the file is whole, but neither the old one nor the new one"
+        );
+        checked.insert(hash, is_new);
+        Ok(is_new)
+    }
+
+    /// Runs the command on what is there after a cut. Returns the blocks that it went on from.
+    fn rerun(&self, context: &Context, tree: &Tree, is_new: bool) -> anyhow::Result<u64> {
+        for entry in fs::read_dir(&self.root)? {
+            let path = entry?.path();
+            match path.is_dir() {
+                true => fs::remove_dir_all(&path)?,
+                // Inputs keep their times, by which a build knows them.
+                false if self.is_input(path.strip_prefix(&self.root)?) => {}
+                false => fs::remove_file(&path)?,
+            }
+        }
+        for (path, content) in tree {
+            match content {
+                None => fs::create_dir(self.root.join(path))?,
+                Some(_) if self.is_input(path) => {}
+                Some(bytes) => fs::write(self.root.join(path), bytes)?,
+            }
+        }
+        let mut blocks = 0;
+        let resumed = format!("{} --resume --json", self.args.replace(" --quiet", ""));
+        let is_resumed = self.can_resume && {
+            let output = context.command(&self.root, &resumed).output()?;
+            let errors = String::from_utf8_lossy(&output.stderr);
+            match output.status.code() {
+                Some(0) => {
+                    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+                    let count = text.split("\"resumed_blocks\":").nth(1).and_then(|rest| {
+                        rest.trim_start()
+                            .split(|c: char| !c.is_ascii_digit())
+                            .next()?
+                            .parse::<u64>()
+                            .ok()
+                    });
+                    blocks = count.context("the summary names no resumed blocks")?;
+                }
+                Some(1) => ensure!(
+                    errors.lines().last().is_some_and(|line| line.starts_with("error: ")),
+                    "{errors}"
+                ),
+                _ => anyhow::bail!("tiletool {resumed}: {}: {errors}", output.status),
+            }
+            output.status.success()
+        };
+        // What is constrained already is so a second time; its digest counts lines.
+        if !is_resumed && !(self.is_edit && is_new) {
+            context.run(&self.root, &self.args)?;
+        }
+        let digest = context.run(&self.root, &format!("digest {OUTPUT}"))?;
+        ensure!(digest == self.digests[1], "the command made another file: {digest}");
+        context.run(&self.root, &format!("verify --deep {OUTPUT}"))?;
+        if !(self.is_edit && is_new) {
+            let found = names(&self.root)?;
+            ensure!(
+                found == self.names,
+                "files stay behind: {found:?}, not {:?}",
+                self.names
+            );
+        }
+        Ok(blocks)
+    }
+
+    fn is_input(&self, path: &Path) -> bool {
+        path != Path::new(OUTPUT) && self.names.iter().any(|name| name == path)
+    }
+}
+
+/// The names in a folder, sorted.
+fn names(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let names: Result<BTreeMap<PathBuf, ()>, _> = fs::read_dir(folder)?
+        .map(|entry| entry.map(|entry| (entry.file_name().into(), ())))
+        .collect();
+    Ok(names?.into_keys().collect())
+}
+
+/// The digest of a file that is proved to be right.
+fn verified_digest(bytes: &[u8]) -> anyhow::Result<String> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    runtime.block_on(async {
+        let file = MemoryFile::new(bytes.to_vec());
+        let reader = TileReader::open_source(file, OUTPUT, OpenOptions::default()).await?;
+        reader.verify(true).await?;
+        Ok(format!("{:?}", reader.digest().await?))
+    })
+}
