@@ -170,8 +170,8 @@ impl Disk {
         synced.iter().for_each(|change| change.apply(&mut self.synced));
     }
 
-    /// The folder as a cut may leave it.
-    pub fn cut(&self, random: &mut ChaCha8Rng) -> Tree {
+    /// The folder as a cut may leave it, as far as it is wanted.
+    pub fn cut(&self, random: &mut ChaCha8Rng, is_wanted: impl Fn(&Path) -> bool) -> Tree {
         let mut names = self.synced.clone();
         for (_, change) in chosen(&self.unsynced, random) {
             change.apply(&mut names);
@@ -180,7 +180,7 @@ impl Disk {
             let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
             folder.is_none_or(|folder| names.get(folder) == Some(&Node::Folder))
         };
-        let there = names.iter().filter(|(path, _)| is_there(path));
+        let there = names.iter().filter(|(path, _)| is_wanted(path) && is_there(path));
         let mut tree = Tree::new();
         for (path, node) in there {
             let content = match node {

@@ -56,22 +56,20 @@ pub fn round(context: &Context, mut random: ChaCha8Rng) -> anyhow::Result<Counts
     let (mut checked, mut reruns, mut blocks) = (HashMap::new(), 0, 0);
     let mut disk = before;
     let mut done = 0;
+    let reruns_wanted = if scene.can_resume { 4 * RERUNS } else { RERUNS };
+    let step = CUTS / reruns_wanted;
     for (number, &cut) in cuts.iter().enumerate() {
         log[done..cut].iter().for_each(|record: &Record| disk.take(record));
         done = cut;
-        let tree = disk.cut(random);
+        let is_rerun = number % step == step / 2;
+        let tree = disk.cut(random, |path| is_rerun || path == Path::new(OUTPUT));
         let story = format!("tiletool {}, cut after {cut} of {} records", scene.args, log.len());
         let is_new = scene.check(&tree, &mut checked).with_context(|| story.clone())?;
         ensure!(
             cut < log.len() || is_new,
             "{story}: the old file came back after the end"
         );
-        let step = if scene.can_resume {
-            CUTS / (8 * RERUNS)
-        } else {
-            CUTS / RERUNS
-        };
-        if number % step == step / 2 {
+        if is_rerun {
             blocks += scene.rerun(context, &tree, is_new).context(story)?;
             reruns += 1;
         }
