@@ -4,8 +4,8 @@ use std::fmt::Display;
 use std::future::Future;
 use std::io::{self, Write};
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::thread::available_parallelism;
 
 use anyhow::Context;
@@ -36,12 +36,22 @@ pub fn block_on<T>(future: impl Future<Output = anyhow::Result<T>>) -> anyhow::R
     done
 }
 
-/// Does what takes long on a thread of its own.
+/// Does what takes long on a thread of its own, or here if the system refuses one.
 pub async fn on_thread<T: Send + 'static>(
     name: &str,
     work: impl FnOnce() -> anyhow::Result<T> + Send + 'static,
 ) -> anyhow::Result<T> {
-    begin(name, work)?.await
+    let work = Arc::new(Mutex::new(Some(work)));
+    let theirs = Arc::clone(&work);
+    match begin(name, move || take(&theirs)?()) {
+        Ok(done) => done.await,
+        Err(_) => take(&work)?(),
+    }
+}
+
+fn take<F>(work: &Mutex<Option<F>>) -> anyhow::Result<F> {
+    let work = work.lock().ok().and_then(|mut work| work.take());
+    work.context("the work is done already")
 }
 
 /// Begins what takes long on a thread of its own.

@@ -89,62 +89,11 @@ impl Scene {
         fs::create_dir(&root)?;
         let root = root.canonicalize()?;
         let run = |args: &str| context.run(&root, args);
-        let points = 1000 + below(random, 3000);
-        let seed = below(random, 1 << 32);
-        let vertices = 60 + below(random, 300);
-        let threads = 1 + below(random, 2);
-        let built = format!("-o {OUTPUT} --force --quiet --tile-vertices {vertices} --threads {threads}");
-        let kind = below(random, 5);
         let walls: String = (1..4).map(|i| format!("0.2,0.{0}1,0.7,0.{0}2\n", 2 * i)).collect();
-        let old_points = 500 + below(random, 500);
-        let (prepared, args): (Vec<String>, String) = match kind {
-            0 => (
-                vec![
-                    format!("generate uniform -n {old_points} -o p.f64"),
-                    format!("build p.f64 {built}"),
-                    format!("generate uniform -n {points} --seed {seed} --pslg 0.3 -o p.f64"),
-                ],
-                format!("build p.f64 --segments p.u32 {built} --memory 4MiB"),
-            ),
-            1 => (
-                vec![
-                    format!("generate uniform -n {old_points} -o p.f64"),
-                    format!("build p.f64 {built}"),
-                    format!("generate uniform -n {} --seed {seed} -o p.f64", points + 7000),
-                ],
-                format!(
-                    "build p.f64 -o {OUTPUT} --force --quiet --tile-vertices 60 --threads {threads} --memory 130KiB"
-                ),
-            ),
-            2 => (
-                vec![
-                    format!("generate uniform -n {old_points} -o p.f64"),
-                    format!("build p.f64 {built}"),
-                    format!("generate uniform -n {points} --seed {seed} --long-segments 40 -o p.f64"),
-                ],
-                // So little memory that lines are put off.
-                format!("build p.f64 --walls p.u32 {built} --memory 1MiB"),
-            ),
-            _ => (
-                vec![
-                    format!("generate uniform -n {points} --seed {seed} -o p.f64"),
-                    format!("build p.f64 {built}"),
-                ],
-                match kind {
-                    3 => format!("constrain {OUTPUT} --walls w.csv --quiet"),
-                    _ => format!("compact {OUTPUT}"),
-                },
-            ),
-        };
-        for args in &prepared {
-            run(args)?;
-        }
-        if kind > 2 {
-            fs::write(root.join("w.csv"), walls)?;
-        }
-        if kind == 4 {
-            run(&format!("constrain {OUTPUT} --walls w.csv --quiet"))?;
-        }
+        fs::write(root.join("w.csv"), walls)?;
+        let kind = below(random, 5);
+        let (before, args) = commands(kind, random);
+        before.iter().try_for_each(|args| run(args).map(drop))?;
         let old = fs::read(root.join(OUTPUT))?;
         Ok(Self {
             digests: [run(&format!("digest {OUTPUT}"))?, String::new()],
@@ -261,6 +210,41 @@ impl Scene {
 
     fn is_input(&self, path: &Path) -> bool {
         path != Path::new(OUTPUT) && self.names.iter().any(|name| name == path)
+    }
+}
+
+/// The commands that make the old file and the inputs, and the one that makes the new file.
+fn commands(kind: u64, random: &mut ChaCha8Rng) -> (Vec<String>, String) {
+    let (points, old_points) = (1000 + below(random, 3000), 500 + below(random, 500));
+    let (seed, threads) = (below(random, 1 << 32), 1 + below(random, 2));
+    let vertices = 60 + below(random, 300);
+    let build = |inputs: &str, vertices| {
+        format!("build {inputs} -o {OUTPUT} --force --quiet --tile-vertices {vertices} --threads {threads}")
+    };
+    let generate = |points, options: &str| format!("generate uniform -n {points} --seed {seed} -o p.f64{options}");
+    let old = vec![generate(old_points, ""), build("p.f64", vertices)];
+    let constrain = format!("constrain {OUTPUT} --walls w.csv --quiet");
+    let after = |more: &[String]| [&old[..], more].concat();
+    match kind {
+        0 => (
+            after(&[generate(points, " --pslg 0.3")]),
+            build("p.f64 --segments p.u32 --memory 4MiB", vertices),
+        ),
+        // So little memory that points are spilled.
+        1 => (
+            after(&[generate(points + 7000, "")]),
+            build("p.f64 --memory 130KiB", 60),
+        ),
+        // So little memory that lines are put off.
+        2 => (
+            after(&[generate(points, " --long-segments 40")]),
+            build("p.f64 --walls p.u32 --memory 1MiB", vertices),
+        ),
+        3 => (vec![generate(points, ""), build("p.f64", vertices)], constrain),
+        _ => (
+            vec![generate(points, ""), build("p.f64", vertices), constrain],
+            format!("compact {OUTPUT}"),
+        ),
     }
 }
 
