@@ -54,7 +54,7 @@ impl Pool {
         }
     }
 
-    /// Runs a job on a thread of the pool. Fails if there is none and the system refuses one.
+    /// Waits for a job. Its panic goes on here.
     async fn run<T: Send + 'static>(answer: io::Result<oneshot::Receiver<std::thread::Result<T>>>) -> io::Result<T> {
         match answer?.await {
             Ok(Ok(done)) => Ok(done),
@@ -63,7 +63,7 @@ impl Pool {
         }
     }
 
-    /// Hands a job over.
+    /// Hands a job over. Fails if the pool has no thread and the system refuses one.
     fn ask<T: Send + 'static>(
         &'static self,
         work: impl FnOnce() -> T + Send + 'static,
