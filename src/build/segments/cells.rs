@@ -1,4 +1,7 @@
 //! Which cells of a k-d tree a segment meets.
+//!
+//! A cell does not own its left and its bottom side. A segment that lies beside the cell and touches one of these does not meet it:
+//! the segment may lie within the cell of its ends, and no other leaf may take it as one that passes through.
 
 use super::Segment;
 use crate::build::spill::CellIndex;
@@ -58,8 +61,8 @@ impl<'a> SegmentCells<'a> {
         }
     }
 
-    /// Gives each leaf whose closed cell a segment meets, with the place of the segment, which ascends. All of them must meet
-    /// the root's cell.
+    /// Gives each leaf whose cell a segment meets, with the place of the segment, which ascends. All of them must meet the root's
+    /// cell.
     pub(super) fn for_each(&mut self, segments: &[Segment], mut take: impl FnMut(u32, usize)) {
         if self.cells.is_empty() {
             return;
@@ -105,7 +108,7 @@ impl<'a> SegmentCells<'a> {
             };
             let (least, most) = (along[0].min(along[1]), along[0].max(along[1]));
             let children = [
-                (right, high, most >= cut, least >= cut),
+                (right, high, most > cut, least >= cut),
                 (node + 1, low, least <= cut, most <= cut),
             ];
             for (node, cell, is_reached, has_both) in children {

@@ -4,9 +4,9 @@ use std::path::Path;
 use proptest::prelude::*;
 
 use super::super::SegmentSpool;
-use super::super::cells::tests::{segments, tree};
+use super::super::cells::tests::{meets, segments, tree};
 use super::*;
-use crate::geometry::{Point, segment_meets};
+use crate::geometry::Point;
 use crate::input::PointBatch;
 use crate::store::{EdgeSource, KdNode, LineKind, TileId};
 
@@ -59,7 +59,7 @@ proptest! {
         let all = in_order(&all);
         // Each block once, in any order.
         for (block, cell) in (0..).zip(tree.cells()).collect::<Vec<_>>().into_iter().rev() {
-            let has = |segment: &&Segment| segment.ends[0] != segment.ends[1] && segment_meets(segment.ends, cell);
+            let has = |segment: &&Segment| segment.ends[0] != segment.ends[1] && meets(segment.ends, cell);
             let expected: Vec<Segment> = all.iter().filter(has).copied().collect();
             prop_assert_eq!(blocks.count(block), expected.len() as u64);
             prop_assert_eq!(blocks.take(block).unwrap(), expected);

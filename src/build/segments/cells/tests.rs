@@ -60,6 +60,11 @@ fn clips([a, b]: [Point; 2], cell: Rect) -> bool {
     from.0 * to.1 <= to.0 * from.1
 }
 
+/// Whether a segment meets a cell, and does not only touch its left or its bottom side from beside it.
+pub(in crate::build::segments) fn meets([a, b]: [Point; 2], cell: Rect) -> bool {
+    segment_meets([a, b], cell) && a.x.max(b.x) > cell.min_x && a.y.max(b.y) > cell.min_y
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
@@ -90,11 +95,11 @@ proptest! {
             KdNode::Leaf(_) => true,
         };
         prop_assume!(tree.nodes().iter().all(fits));
-        let segments: Vec<Segment> = segments.into_iter().filter(|segment| segment_meets(segment.ends, cell)).collect();
+        let segments: Vec<Segment> = segments.into_iter().filter(|segment| meets(segment.ends, cell)).collect();
         let cells = tree.node_cells_within(cell).into_iter().zip(tree.nodes());
         let cells = cells.filter(|(_, node)| matches!(node, KdNode::Leaf(_)));
         let expected: Vec<Vec<u32>> = cells
-            .map(|(cell, _)| (0..).zip(&segments).filter(|(_, s)| segment_meets(s.ends, cell)).map(|(n, _)| n).collect())
+            .map(|(cell, _)| (0..).zip(&segments).filter(|(_, s)| meets(s.ends, cell)).map(|(n, _)| n).collect())
             .collect();
         prop_assert_eq!(segments_of_leaves(&tree, cell, &segments), expected);
     }
@@ -120,7 +125,7 @@ fn segments_are_numbered_on() {
     for (leaf, cell) in leaves.iter().zip(tree.cells()) {
         let expected = (0..)
             .zip(&all)
-            .filter(|(_, s)| segment_meets(s.ends, cell))
+            .filter(|(_, s)| meets(s.ends, cell))
             .map(|(number, _)| number);
         assert!(leaf.iter().copied().eq(expected));
     }
