@@ -51,10 +51,11 @@ impl Boundary {
 
     /// An edge belongs to this side now.
     pub(super) fn set_side(&mut self, from: u32, to: u32, side: u32) {
-        let first = self.first_edge(from).unwrap_or(self.edges.len());
-        let mut edges = self.edges[first..].iter_mut().take_while(|edge| edge.0 == from);
-        if let Some(edge) = edges.find(|edge| edge.1 == to) {
-            edge.2 = side;
+        if let Ok(place) = self
+            .edges
+            .binary_search_by_key(&(from, to), |&(from, to, _)| (from, to))
+        {
+            self.edges[place].2 = side;
         }
     }
 

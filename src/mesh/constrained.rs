@@ -17,10 +17,14 @@
 //!
 //! As many triangles come out as go in, so they keep their places in the arrays.
 
+mod star;
+
 use super::boundary::Boundary;
 use super::cavity::Cavity;
 use super::{NONE, Triangulation, next_side, prev_side};
 use crate::geometry::{Orientation, Point, orient2d};
+pub(crate) use star::Stars;
+use star::{Start, begin};
 
 /// In the byte of a triangle, the bits of its sides that are constraints stand at 0 to 2, those that are walls too at
 /// [`WALLS`] to 5, and that of a triangle that a piece crosses here.
@@ -108,15 +112,6 @@ pub(crate) enum Step {
     Triangles(u32),
     /// Through triangles, or none, to where there are no more.
     Out,
-}
-
-/// How a piece leaves a vertex.
-#[derive(Clone, Copy, Debug)]
-enum Start {
-    /// It is the edge of this side, and ends at this vertex.
-    Edge(u32, u32),
-    /// It enters the triangle of this side, which starts at the vertex.
-    Triangle(u32),
 }
 
 impl Constrained {
@@ -256,22 +251,22 @@ impl Inserter {
         Ok((which, self.follow(points, mesh, start, to)?))
     }
 
-    /// The first step from a vertex towards another place. Or the constraint in its way.
+    /// The first step from a vertex towards another place. Or the constraint in its way. `stars` are of this mesh as it is.
     pub(crate) fn step(
         &mut self,
         points: &[Point],
         mesh: &Constrained,
+        stars: &mut Stars,
         from: u32,
         to: Point,
     ) -> Result<Step, [u32; 2]> {
-        let mut search = Search::new(mesh, from, to);
-        while let Some(found) = search.next(points, mesh) {
-            if let Some(start) = found {
-                return self.follow(points, mesh, start, to);
+        match stars.start(points, mesh, from, to) {
+            Some(start) => self.follow(points, mesh, start, to),
+            None => {
+                self.crossed.clear();
+                Ok(Step::Out)
             }
         }
-        self.crossed.clear();
-        Ok(Step::Out)
     }
 
     /// The first step of a line that comes in by a boundary edge. None: it does not. Or the constraint in its way.
@@ -465,117 +460,6 @@ fn pass(mesh: &Constrained, gate: u32) -> Result<u32, [u32; 2]> {
         return Err([gate, next_side(gate)].map(|side| mesh.mesh.origin(side)));
     }
     Ok(mesh.mesh.twin(gate))
-}
-
-/// Finds how the line between two vertices leaves one of them, and which. Both are searched in turns, so that it takes as
-/// long as the one with fewer edges. None: no triangle at either is on it.
-fn begin(points: &[Point], mesh: &Constrained, ends: [u32; 2]) -> Option<(usize, Start)> {
-    // Most pieces are edges already, which takes no predicate.
-    let mut searches = ends.map(|vertex| Around::new(mesh, vertex));
-    while searches.iter().all(|search| search.next != NONE) {
-        for which in [0, 1] {
-            let Some(side) = searches[which].next(mesh) else {
-                continue;
-            };
-            for (edge, vertex) in [(side, next_side(side)), (prev_side(side), prev_side(side))] {
-                if mesh.mesh.origin(vertex) == ends[1 - which] {
-                    return Some((which, Start::Edge(edge, ends[1 - which])));
-                }
-            }
-        }
-    }
-    let mut searches = [0, 1].map(|which| Search::new(mesh, ends[which], points[ends[1 - which] as usize]));
-    while searches.iter().any(|search| search.around.next != NONE) {
-        for (which, search) in searches.iter_mut().enumerate() {
-            if let Some(Some(start)) = search.next(points, mesh) {
-                return Some((which, start));
-            }
-        }
-    }
-    None
-}
-
-/// Looks around a vertex for the way that a line to another place leaves it by.
-struct Search {
-    around: Around,
-    to: Point,
-    /// The side that would come next if nothing is missing, and where the place lies from its right edge.
-    known: (u32, Orientation),
-}
-
-impl Search {
-    fn new(mesh: &Constrained, vertex: u32, to: Point) -> Self {
-        Self {
-            around: Around::new(mesh, vertex),
-            to,
-            known: (NONE, Orientation::Collinear),
-        }
-    }
-
-    /// How the line leaves the vertex, if by the triangle of the next side; nothing if there is no other side.
-    fn next(&mut self, points: &[Point], mesh: &Constrained) -> Option<Option<Start>> {
-        let side = self.around.next(mesh)?;
-        let topology = &mesh.mesh;
-        let corners = [side, next_side(side), prev_side(side)].map(|side| topology.origin(side));
-        let [from, right, left] = corners.map(|vertex| points[vertex as usize]);
-        let is_ahead = |p: Point| p.lex_cmp(from) == self.to.lex_cmp(from);
-        let on_right = match self.known {
-            (next, turn) if next == side => turn,
-            _ => orient2d(from, right, self.to),
-        };
-        let on_left = orient2d(from, left, self.to);
-        self.known = (topology.twin(prev_side(side)), on_left);
-        Some(match (on_right, on_left) {
-            (Orientation::Collinear, _) if is_ahead(right) => Some(Start::Edge(side, corners[1])),
-            (_, Orientation::Collinear) if is_ahead(left) => Some(Start::Edge(prev_side(side), corners[2])),
-            (Orientation::CounterClockwise, Orientation::Clockwise) => Some(Start::Triangle(side)),
-            _ => None,
-        })
-    }
-}
-
-/// The sides that start at a vertex, counter-clockwise; one fan after the other where parts are missing.
-#[derive(Clone, Copy, Debug)]
-struct Around {
-    vertex: u32,
-    first: u32,
-    next: u32,
-    /// Fans that were begun, of a vertex on the boundary.
-    fans: usize,
-}
-
-impl Around {
-    fn new(mesh: &Constrained, vertex: u32) -> Self {
-        let mut this = Self {
-            vertex,
-            first: mesh.sides[vertex as usize],
-            next: mesh.sides[vertex as usize],
-            fans: 0,
-        };
-        if mesh.boundary.has(vertex) {
-            this.next_fan(mesh);
-        }
-        this
-    }
-
-    fn next_fan(&mut self, mesh: &Constrained) {
-        self.next = mesh.boundary.side_from(self.vertex, self.fans).unwrap_or(NONE);
-        self.first = self.next;
-        self.fans += 1;
-    }
-
-    fn next(&mut self, mesh: &Constrained) -> Option<u32> {
-        let side = self.next;
-        if side == NONE {
-            return None;
-        }
-        match mesh.mesh.twin(prev_side(side)) {
-            NONE => self.next_fan(mesh),
-            twin if twin == self.first => self.next = NONE,
-            twin => self.next = twin,
-        }
-        Some(side)
-    }
 }
 
 #[cfg(test)]

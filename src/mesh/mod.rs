@@ -15,7 +15,7 @@ mod triangulation;
 
 pub(crate) use cavity::Cavity;
 pub use constrained::{Constrained, Crossing, Inserter};
-pub(crate) use constrained::{Step, WALLS};
+pub(crate) use constrained::{Stars, Step, WALLS};
 pub use engine::{Engine, EngineKind, UnknownEngine};
 pub(crate) use triangulation::smallest_first;
 pub use triangulation::{NONE, Triangulation, next_side, prev_side};

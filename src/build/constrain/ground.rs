@@ -9,7 +9,7 @@ use super::{Crossed, Open, Outcome, Pending, Piece, Refusal};
 use crate::build::node::SeamVertex;
 use crate::build::segments::Segment;
 use crate::geometry::Point;
-use crate::mesh::{Constrained, Inserter, NONE, Step, Triangulation, next_side};
+use crate::mesh::{Constrained, Inserter, NONE, Stars, Step, Triangulation, next_side};
 
 /// The triangles of a node.
 pub(super) struct Ground<'a> {
@@ -126,11 +126,12 @@ impl<'a> Ground<'a> {
     /// vertices together.
     fn hold_for(&mut self, inserter: &mut Inserter, rest: &[Piece], open: &[Open]) -> Result<Vec<usize>, Crossed> {
         let mut crossed = Vec::new();
+        let mut stars = Stars::default();
         for along in rest.chunk_by(|a, b| a.ends == b.ends) {
             let [mut at, to] = along[0].ends;
             let mut count = 0;
             while at != to {
-                let next = self.hold_from(inserter, at, self.point(to))?;
+                let next = self.hold_from(inserter, &mut stars, at, self.point(to))?;
                 count += inserter.crossed().len();
                 match next {
                     Some(vertex) => at = vertex,
@@ -146,7 +147,7 @@ impl<'a> Ground<'a> {
                 Some([first, last]) => {
                     for (&vertex, end) in [(first, a), (last, b)] {
                         if self.point(vertex) != end {
-                            self.hold_from(inserter, vertex, end)?;
+                            self.hold_from(inserter, &mut stars, vertex, end)?;
                             count += inserter.crossed().len();
                         }
                     }
@@ -276,8 +277,14 @@ impl<'a> Ground<'a> {
     }
 
     /// Holds what a line crosses from a vertex to the next on it, which it returns.
-    fn hold_from(&mut self, inserter: &mut Inserter, from: u32, to: Point) -> Result<Option<u32>, Crossed> {
-        let step = inserter.step(self.points, &self.mesh, from, to);
+    fn hold_from(
+        &mut self,
+        inserter: &mut Inserter,
+        stars: &mut Stars,
+        from: u32,
+        to: Point,
+    ) -> Result<Option<u32>, Crossed> {
+        let step = inserter.step(self.points, &self.mesh, stars, from, to);
         match step.map_err(|edge| self.crossed([self.point(from), to], edge))? {
             Step::Edge(_, vertex) => Ok(Some(vertex)),
             Step::Triangles(vertex) => {

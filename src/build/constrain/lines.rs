@@ -1,12 +1,13 @@
 //! The vertices on segments: they cut these into pieces.
 
+use super::deferral::Deferral;
 use super::ground::Ground;
 use super::overlaps::{Limited, covered};
 use super::{Crossed, Open, Piece, Refusal};
 use crate::build::segments::Segment;
 use crate::build::vertex_index::VertexIndex;
 use crate::geometry::{Orientation, Point, orient2d};
-use crate::mesh::{Inserter, Step};
+use crate::mesh::{Inserter, Stars, Step};
 use crate::store::{EdgeSource, LineKind};
 
 /// Pieces and segments of a node, by place among its vertices.
@@ -14,6 +15,7 @@ use crate::store::{EdgeSource, LineKind};
 pub(super) struct Lines {
     pub(super) pieces: Limited,
     pub(super) open: Vec<Open>,
+    stars: Stars,
     /// How many steps it took to find them.
     steps: usize,
 }
@@ -23,6 +25,7 @@ impl Lines {
         Self {
             pieces: Limited::new(most_sources),
             open: Vec::new(),
+            stars: Stars::default(),
             steps: 0,
         }
     }
@@ -90,9 +93,13 @@ impl Lines {
         segments: &mut [Segment],
     ) -> Result<(), Refusal> {
         for (whole, group) in covered(segments) {
-            let mut along = Self::new(usize::MAX);
+            let mut along = Self {
+                stars: std::mem::take(&mut self.stars),
+                ..Self::new(usize::MAX)
+            };
             let source = EdgeSource::new(LineKind::BreakLine, 0);
             along.find(ground, inserter, index, Segment { ends: whole, source })?;
+            self.stars = along.stars;
             let ends = along.pieces.pieces.iter().flat_map(|piece| piece.ends);
             let runs = along.open.iter().filter_map(|open| open.run).flatten();
             let mut vertices: Vec<u32> = ends.chain(runs).collect();
@@ -132,13 +139,21 @@ impl Lines {
     }
 
     /// Those of a node above the leaves: what its children hand up, and what joins a child's run of vertices on a segment to
-    /// the next.
-    pub(super) fn of_children(pieces: Vec<Piece>, mut runs: Vec<Open>, points: &[Point], most_sources: usize) -> Self {
+    /// the next, unless the segment is put off.
+    pub(super) fn of_children(
+        pieces: Vec<Piece>,
+        mut runs: Vec<Open>,
+        points: &[Point],
+        (deferral, most_sources): (&Deferral, usize),
+    ) -> Self {
         let mut lines = Self::new(most_sources);
         lines.pieces.pieces = pieces;
         runs.sort_unstable_by_key(|open| open.segment.key());
         for of_segment in runs.chunk_by(|a, b| a.segment == b.segment) {
-            lines.join(of_segment, points);
+            // Asked once: other threads put segments off meanwhile, and runs of some of the children do not make one of the whole.
+            if !deferral.has(&of_segment[0].segment) {
+                lines.join(of_segment, points);
+            }
         }
         lines
     }
@@ -206,7 +221,7 @@ impl Lines {
         let mut last = from;
         loop {
             self.steps += 1;
-            let step = inserter.step(ground.points, &ground.mesh, last, to);
+            let step = inserter.step(ground.points, &ground.mesh, &mut self.stars, last, to);
             match step.map_err(|edge| ground.crossed([ground.point(last), to], edge))? {
                 Step::Edge(_, vertex) | Step::Triangles(vertex) => {
                     self.pieces.push(Piece::new(last, vertex, source), ground.point(last))?;

@@ -265,11 +265,10 @@ pub(super) fn constrain_node(
             fixed.push(bits);
         }
         pieces.extend(child.pieces.iter().map(|piece| piece.renumbered(place)));
-        let runs_on = child.open.iter().filter(|open| !workspace.deferral.has(&open.segment));
-        runs.extend(runs_on.map(|open| open.renumbered(place)));
+        runs.extend(child.open.iter().map(|open| open.renumbered(place)));
     }
     let points: Vec<Point> = vertices.iter().map(|v| v.point).collect();
-    let lines = Lines::of_children(pieces, runs, &points, workspace.most_sources);
+    let lines = Lines::of_children(pieces, runs, &points, (&workspace.deferral, workspace.most_sources));
     let hull = std::mem::take(&mut workspace.mesh.hull);
     let is_on_line = workspace.mesh.triangles.is_empty();
     let mesh = Triangulation {
