@@ -6,6 +6,7 @@ mod support;
 
 mod crossings;
 mod overlaps;
+mod stars;
 mod steiner;
 
 use std::f64::consts::TAU;

@@ -152,6 +152,8 @@ pub struct EditSummary {
     pub tiles: u64,
     /// Tiles that were read for the lines, as often as that was.
     pub tile_reads: u64,
+    /// Triangles that were looked at to follow the lines.
+    pub triangles_looked_at: u64,
     /// Regions, those that are holes, and the triangles in these.
     pub regions: u64,
     /// Regions that are holes.
@@ -391,6 +393,7 @@ fn edit_here(
         constraint_edges,
         tiles: tiles_written as u64,
         tile_reads,
+        triangles_looked_at: inserting.looked_at,
         regions,
         hole_regions,
         hole_triangles,

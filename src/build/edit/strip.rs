@@ -8,7 +8,7 @@ use foldhash::{HashMap, HashMapExt};
 
 use super::EditError;
 use super::patch::{Beside, New, Old, Patch};
-use super::tile::EditTile;
+use super::tile::{EditTile, MOST_AROUND};
 use super::tiles::Tiles;
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::mesh::{Cavity, NONE, WALLS, next_side, prev_side};
@@ -44,6 +44,8 @@ pub(super) struct Inserting {
     times: HashMap<(EdgeKey, EdgeSource), usize>,
     /// Edges that became constraints.
     pub(super) edges: u64,
+    /// Triangles that were looked at to follow the pieces.
+    pub(super) looked_at: u64,
 }
 
 type EdgeKey = [VertexId; 2];
@@ -66,9 +68,11 @@ impl Chain {
 impl Inserting {
     /// Makes a piece a chain of constraint edges.
     pub(super) fn insert(&mut self, tiles: &mut Tiles, piece: Piece) -> Result<(), EditError> {
-        let [mut at, to] = piece.ends;
+        let [mut at, mut to] = piece.ends;
         while at.id != to.id {
-            let next = match self.follow(tiles, at, to.point, piece)? {
+            let is_back = is_shorter_from_end(tiles, [at, to])?;
+            let [start, end] = if is_back { [to, at] } else { [at, to] };
+            let next = match self.follow(tiles, start, end.point, piece)? {
                 Reached::Along(next, triangles) => {
                     mark(tiles, &triangles, piece.source.is_wall())?;
                     next
@@ -78,8 +82,9 @@ impl Inserting {
                     next
                 }
             };
-            self.note(tiles, [at, next], piece.source)?;
-            at = next;
+            let part = if is_back { [next, to] } else { [at, next] };
+            self.note(tiles, part, piece.source)?;
+            *(if is_back { &mut to } else { &mut at }) = next;
         }
         Ok(())
     }
@@ -90,6 +95,7 @@ impl Inserting {
         let tile = tiles.get(from.id.tile)?;
         let mut start = None;
         for side in tile.around(from.id.index) {
+            self.looked_at += 1;
             let [right, left] = [next_side(side), prev_side(side)].map(|side| tile.from(side));
             let is_ahead = |p: Point| p.lex_cmp(from.point) == to.lex_cmp(from.point);
             let turns = [right, left].map(|vertex| orient2d(from.point, vertex.point, to));
@@ -127,6 +133,7 @@ impl Inserting {
                 return Err(tiles.damaged(id, "a line between two vertices leaves the triangulation"));
             };
             tile = there;
+            self.looked_at += 1;
             // A triangle takes more than a byte of the file.
             if self.strip.old.len() as u64 > tiles.length() {
                 return Err(tiles.damaged(id, "a line goes in circles"));
@@ -232,6 +239,14 @@ impl Inserting {
         let noted = tiles.change(ends[0].tile)?.add_source(ends, source, times);
         noted.ok_or_else(|| tiles.damaged(ends[0].tile, "an edge is missing that was just put there"))
     }
+}
+
+/// Whether a line is to be followed from its end: its start has many triangles, since thousands of lines may share it, and its end
+/// has fewer.
+fn is_shorter_from_end(tiles: &Tiles, [start, end]: [Vertex; 2]) -> Result<bool, EditError> {
+    let around = |vertex: Vertex| tiles.get(vertex.id.tile).map(|tile| tile.degree(vertex.id.index));
+    let at_start = around(start)?;
+    Ok(at_start > MOST_AROUND && around(end)? < at_start)
 }
 
 /// Puts the triangles of a cavity into the patch. Returns the side on the piece.

@@ -3,8 +3,13 @@
 //! Read from a [`Tile`], and turned into the drafts (`drafts`) of a core and a border again.
 
 mod drafts;
+mod hubs;
+mod sources;
 
 use foldhash::{HashMap, HashMapExt};
+
+use hubs::Hubs;
+pub(super) use hubs::MOST_AROUND;
 
 use super::patch::{Beside, New, Patch, Seats, Share};
 use crate::geometry::Point;
@@ -36,6 +41,7 @@ pub(super) struct EditTile {
     free: Vec<u32>,
     /// A side that starts at each vertex of the tile.
     leaving: Vec<u32>,
+    hubs: Hubs,
     /// Those of each constraint edge that belongs to the tile, by its corners, the smaller first, as seen from that.
     sources: HashMap<[u32; 2], Vec<EdgeSource>>,
     /// How many these are.
@@ -90,6 +96,7 @@ impl EditTile {
             bits: (0..tile.triangle_count())
                 .map(|t| (0..3).map(|s| bits(3 * t + s, s)).sum())
                 .collect(),
+            hubs: Hubs::of(vertices as usize, &triangles),
             triangles,
             free: Vec::new(),
             leaving: (0..vertices).map(|v| tile.side_leaving(v).unwrap_or(NONE)).collect(),
@@ -102,14 +109,7 @@ impl EditTile {
                 .map(|site| site.id.unwrap_or_default().to_owned())
                 .collect();
         }
-        for side in tile.owned_constraints() {
-            let ends = [side, next_side(side)].map(|side| tile.origin(side));
-            let (ends, is_turned) = in_order(ends);
-            let seen = |source: EdgeSource| if is_turned { source.reversed() } else { source };
-            let sources: Vec<EdgeSource> = tile.edge_sources(side).map(seen).collect();
-            this.source_count += sources.len();
-            this.sources.insert(ends, sources);
-        }
+        this.load_sources(tile);
         this
     }
 
@@ -122,6 +122,7 @@ impl EditTile {
             + 48 * self.sources.len()
             + 8 * self.source_count
             + 32 * self.sites.len()
+            + self.hubs.byte_size()
     }
 
     pub(super) fn points(&self) -> &[Point] {
@@ -228,10 +229,21 @@ impl EditTile {
         }
     }
 
+    /// The number of triangles at a vertex of the tile.
+    pub(super) fn degree(&self, vertex: u32) -> u32 {
+        self.hubs.degree(vertex)
+    }
+
     /// The side from one vertex to another, one of which is the tile's own.
     pub(super) fn side_between(&self, from: VertexId, to: VertexId) -> Option<u32> {
-        let (from, to) = (self.corner(from)?, self.corner(to)?);
-        if (from as usize) < self.points.len() {
+        self.side_along([self.corner(from)?, self.corner(to)?])
+    }
+
+    /// The side from one corner to another, one of which is the tile's own.
+    fn side_along(&self, [from, to]: [u32; 2]) -> Option<u32> {
+        if self.hubs.has(from) || self.hubs.has(to) {
+            self.hubs.side([from, to])
+        } else if (from as usize) < self.points.len() {
             self.around(from).find(|&side| self.origin(next_side(side)) == to)
         } else {
             let arriving = self.around(to).map(prev_side);
@@ -260,26 +272,6 @@ impl EditTile {
         side.is_some()
     }
 
-    /// Notes why an edge of the tile is a constraint, as seen from its first end, at least so many times.
-    pub(super) fn add_source(&mut self, ends: [VertexId; 2], source: EdgeSource, times: usize) -> Option<()> {
-        let [from, to] = ends.map(|id| self.corner(id));
-        let (ends, is_turned) = in_order([from?, to?]);
-        let source = if is_turned { source.reversed() } else { source };
-        let sources = self.sources.entry(ends).or_default();
-        let there = sources.iter().filter(|other| **other == source).count();
-        let missing = times.saturating_sub(there);
-        sources.extend(std::iter::repeat_n(source, missing));
-        self.source_count += missing;
-        sources.sort_unstable();
-        Some(())
-    }
-
-    /// The sources of a side's edge, as seen from its smaller corner; none if it belongs to another tile.
-    pub(super) fn sources_of(&self, side: u32) -> &[EdgeSource] {
-        let (ends, _) = in_order([side, next_side(side)].map(|side| self.origin(side)));
-        self.sources.get(&ends).map_or(&[], Vec::as_slice)
-    }
-
     /// Takes new vertices, which no triangle has yet. The first one gets the number that is returned.
     pub(super) fn add_vertices(&mut self, new: &[NewVertex], has_z: bool) -> u32 {
         let own = self.points.len() as u32;
@@ -306,32 +298,8 @@ impl EditTile {
                 (ends, sources)
             })
             .collect();
+        self.hubs = Hubs::of(self.points.len(), &self.triangles);
         own
-    }
-
-    /// Takes out the sources of an edge of the tile, as seen from its first end.
-    pub(super) fn take_sources(&mut self, ends: [VertexId; 2]) -> Option<Vec<EdgeSource>> {
-        let [from, to] = ends.map(|id| self.corner(id));
-        let (ends, is_turned) = in_order([from?, to?]);
-        let sources = self.sources.remove(&ends)?;
-        self.source_count -= sources.len();
-        let sources = sources.into_iter();
-        Some(match is_turned {
-            true => sources.map(EdgeSource::reversed).collect(),
-            false => sources.collect(),
-        })
-    }
-
-    /// Notes why an edge of the tile is a constraint, as seen from its first end.
-    pub(super) fn give_sources(&mut self, ends: [VertexId; 2], sources: &[EdgeSource]) -> Option<()> {
-        let [from, to] = ends.map(|id| self.corner(id));
-        let (ends, is_turned) = in_order([from?, to?]);
-        let seen = |&source: &EdgeSource| if is_turned { source.reversed() } else { source };
-        let all = self.sources.entry(ends).or_default();
-        all.extend(sources.iter().map(seen));
-        self.source_count += sources.len();
-        all.sort_unstable();
-        Some(())
     }
 
     /// Changes nothing; but whoever borrows a tile from the cache to change it has it written again.
@@ -361,6 +329,7 @@ impl EditTile {
                 self.bits[place as usize] = bits;
             }
             at.new[number as usize] = 3 * place;
+            self.hubs.add(corners, 3 * place);
             for (side, &corner) in (3 * place..).zip(&corners) {
                 if let Some(leaving) = self.leaving.get_mut(corner as usize) {
                     *leaving = side;
@@ -401,7 +370,24 @@ impl EditTile {
                 }
             }
         }
+        self.make_hubs(at, new);
         Ok(unlinked)
+    }
+
+    /// Makes those corners of new triangles hubs that have become so.
+    fn make_hubs(&mut self, at: &Seats, new: &[u32]) {
+        for &number in new {
+            for corner in self.triangles[(at.new[number as usize] / 3) as usize] {
+                if !self.hubs.is_new(corner) {
+                    continue;
+                }
+                self.hubs.make(corner);
+                let places: Vec<u32> = self.around(corner).map(|side| side / 3).collect();
+                for place in places {
+                    self.hubs.enter(self.triangles[place as usize], 3 * place);
+                }
+            }
+        }
     }
 
     /// Takes old triangles out, and notes where they were and what lay across.
@@ -432,7 +418,8 @@ impl EditTile {
         for &number in old.iter().rev() {
             let place = at.old[number as usize] / 3;
             self.free.push(place);
-            self.triangles[place as usize] = [NONE; 3];
+            let corners = std::mem::replace(&mut self.triangles[place as usize], [NONE; 3]);
+            self.hubs.remove(corners);
         }
         Ok(())
     }
@@ -504,22 +491,4 @@ impl EditTile {
         let smallest = corners.iter().min_by(|a, b| a.point.lex_cmp(b.point));
         smallest.is_some_and(|vertex| vertex.id.tile == self.id)
     }
-
-    /// Constraint edges that belong to the tile, and their sources as seen along a side of each.
-    pub(super) fn owned_constraints(&self) -> impl Iterator<Item = (u32, &[EdgeSource])> {
-        self.sources.iter().filter_map(|(&[from, to], sources)| {
-            // One of them is the tile's own, and that is the smaller corner.
-            let side = self.around(from).find_map(|side| {
-                let is_along = self.origin(next_side(side)) == to;
-                let is_against = self.origin(prev_side(side)) == to;
-                (is_along || is_against).then(|| if is_along { side } else { prev_side(side) })
-            })?;
-            Some((side, sources.as_slice()))
-        })
-    }
-}
-
-/// The smaller corner first; and whether they changed places.
-fn in_order([a, b]: [u32; 2]) -> ([u32; 2], bool) {
-    if a <= b { ([a, b], false) } else { ([b, a], true) }
 }

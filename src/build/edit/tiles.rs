@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use std::fs::{File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::pin::pin;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock, mpsc};
 
@@ -218,7 +219,15 @@ impl Tiles {
     /// A tile to look at. It must be given back before it is changed, or it is copied.
     pub(super) fn get(&self, id: TileId) -> Result<Pin, EditError> {
         let load = || Arc::clone(&self.disk).load(id);
-        self.runtime.block_on(self.cache.read(id, load))
+        self.wait_for(self.cache.read(id, load))
+    }
+
+    /// What comes of a future. Mostly it is there at once, since the tile is in the cache: then the runtime has nothing to do.
+    fn wait_for<T>(&self, future: impl Future<Output = T>) -> T {
+        let mut future = pin!(future);
+        let _context = self.runtime.enter();
+        let at_once = future.as_mut().now_or_never();
+        at_once.unwrap_or_else(|| self.runtime.block_on(future))
     }
 
     /// The side across a side, with a tile that has it. None: that is the outside.
@@ -268,7 +277,7 @@ impl Tiles {
             *is_changed = true;
         }
         let load = || Arc::clone(&self.disk).load(id);
-        self.runtime.block_on(self.cache.edit(id, load))
+        self.wait_for(self.cache.edit(id, load))
     }
 
     /// A tile as it lies in the file.
