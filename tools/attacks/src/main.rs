@@ -12,6 +12,7 @@ mod campaign;
 mod power;
 mod pslg;
 mod refusals;
+mod stars;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -51,6 +52,8 @@ enum Attack {
     Refusals,
     /// Power cuts, replayed from logs of writes.
     Power,
+    /// Stars of lines that share a vertex, put off or added later.
+    Stars,
 }
 
 impl Attack {
@@ -61,6 +64,7 @@ impl Attack {
             Self::Bytes => bytes::round,
             Self::Refusals => refusals::round,
             Self::Power => power::round,
+            Self::Stars => stars::round,
         }
     }
 }
