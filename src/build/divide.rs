@@ -76,7 +76,7 @@ fn cut_all(items: &mut [Item], tile_vertices: usize, threads: usize) -> Part {
         let left = Mutex::new(Some(left));
         let cut_left = || left.lock().take().map(|left| cut_all(left, tile_vertices, half));
         thread::scope(|scope| {
-            let thread = start_scoped(scope, "tile-divide", &cut_left);
+            let thread = start_scoped(scope, "tile-divide", cut_left);
             let right = cut_all(right, tile_vertices, threads - half);
             // Where no thread is to be had, it is done here.
             let left = thread.map_or_else(|_| cut_left(), |thread| thread.join().expect("cutting does not panic"));

@@ -128,7 +128,7 @@ mod tests {
         static ONE: Pool = Pool::new("test", 1);
         let panics = Pool::run(ONE.ask(|| resume_unwind(Box::new("thrown"))));
         let thrown = catch_unwind(AssertUnwindSafe(|| {
-            futures::executor::block_on(panics).map(|()| ()).unwrap();
+            futures::executor::block_on(panics).unwrap();
         }));
         assert_eq!(thrown.unwrap_err().downcast_ref(), Some(&"thrown"));
         assert_eq!(futures::executor::block_on(Pool::run(ONE.ask(|| 7))).unwrap(), 7);

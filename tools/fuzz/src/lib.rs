@@ -92,7 +92,7 @@ pub fn run(data: &[u8], place: Place) {
     let mut town = TOWN.get_or_init(town).clone();
     let part = |part: &surgery::Part| part.at..part.at + part.length;
     let parts: Vec<Range<usize>> = match place {
-        Place::Superblock => vec![0..4092],
+        Place::Superblock => std::iter::once(0..4092).collect(),
         Place::Directory => std::iter::once(&town.root).chain(&town.pages).map(part).collect(),
         Place::Tile => town.cores.iter().chain(&town.borders).map(part).collect(),
     };

@@ -191,7 +191,7 @@ impl Scene {
             output.status.success()
         };
         // What is constrained already is so a second time; its digest counts lines.
-        if !is_resumed && !(self.is_edit && is_new) {
+        if !(is_resumed || self.is_edit && is_new) {
             context.run(&self.root, &self.args)?;
         }
         let digest = context.run(&self.root, &format!("digest {OUTPUT}"))?;
