@@ -315,6 +315,8 @@ pub fn parse_count(text: &str) -> anyhow::Result<u64> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::common::names;
     use clap::{CommandFactory, Parser};

@@ -222,7 +222,7 @@ fn commands(kind: u64, random: &mut ChaCha8Rng) -> (Vec<String>, String) {
         format!("build {inputs} -o {OUTPUT} --force --quiet --tile-vertices {vertices} --threads {threads}")
     };
     let generate = |points, options: &str| format!("generate uniform -n {points} --seed {seed} -o p.f64{options}");
-    let old = vec![generate(old_points, ""), build("p.f64", vertices)];
+    let old = [generate(old_points, ""), build("p.f64", vertices)];
     let constrain = format!("constrain {OUTPUT} --walls w.csv --quiet");
     let after = |more: &[String]| [&old[..], more].concat();
     match kind {
