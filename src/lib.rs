@@ -78,4 +78,5 @@ pub mod input;
 pub mod io;
 pub mod mesh;
 pub mod query;
+pub mod shown;
 pub mod store;

@@ -33,7 +33,7 @@ use super::segments::{BlockSegments, Segment, SegmentSpool};
 use super::spill::{self, Block, Plan};
 use super::summary::{LevelSummary, Waits, phases};
 use super::work_folder::WorkFolder;
-use super::{BuildError, BuildOptions, BuildSummary, Description, GENERATION, TileState, peak_memory};
+use super::{BuildError, BuildOptions, BuildSummary, Description, GENERATION, MissingZ, TileState, peak_memory};
 use crate::geometry::{Point, Rect};
 use crate::input::SiteId;
 use crate::io::{Backend, Buffers, ThreadsFile, WriteAt, blocking, start_thread};
@@ -52,6 +52,8 @@ pub(super) struct Given {
     pub(super) description: Description,
     pub(super) has_obstacles: bool,
     pub(super) seeds: Vec<Point>,
+    /// From this record number on points are those at which segments were split.
+    pub(super) first_crossing: u64,
     /// From this record number on points are sites.
     pub(super) first_site: u64,
     pub(super) site_ids: Vec<SiteId>,
@@ -107,6 +109,7 @@ impl Assembly {
                 u64::MAX
             },
             site_ids: std::mem::take(&mut self.given.site_ids),
+            first_crossing: self.given.first_crossing,
         }
     }
 
@@ -353,6 +356,7 @@ impl Assembly {
             first_inverted,
             held_triangles: found.blocks.iter().map(|block| block.held_triangles).sum(),
             deferred_segments: deferred.len() as u64,
+            without_z: found.without_z.count,
             tiles: directory.tiles.len() as u64,
             file_bytes,
             blocks: blocks.len() as u64,
@@ -437,6 +441,7 @@ impl Assembly {
             z: Vec::new(),
             lines: Vec::new(),
             new_records: 0,
+            missing_z: MissingZ::Zero,
             may_be_inverted: true,
             is_draft: true,
             threads: self.options.threads,

@@ -190,8 +190,8 @@ impl Builder {
     /// Segments may meet in ends, in points and along each other, but not cross. A build with segments cannot be resumed.
     ///
     /// # Errors
-    /// If an end or a z is not [valid](crate::geometry::Point::is_valid), the batch's arrays are not equally long, or segments
-    /// cannot be spilled.
+    /// If an end is not [valid](crate::geometry::Point::is_valid), a z infinite, the batch's arrays
+    /// are not equally long, or segments cannot be spilled.
     pub fn push_lines(&mut self, kind: LineKind, first_line: u64, batch: &SegmentBatch) -> Result<(), BuildError> {
         let lines: Vec<u64> = batch.lines.iter().map(|line| line.saturating_add(first_line)).collect();
         let (of_ends, of_records) = lines.split_at(lines.len().min(batch.ends.len()));
@@ -228,8 +228,8 @@ impl Builder {
     /// Takes sites: points with an id, all of which are kept, several at one place too. They join the vertices.
     ///
     /// # Errors
-    /// If a site is not [valid](crate::geometry::Point::is_valid) or its z not finite, the batch's arrays are not equally
-    /// long, or sites take more than a quarter of the memory.
+    /// If a site is not [valid](crate::geometry::Point::is_valid) or its z infinite, the batch's
+    /// arrays are not equally long, or sites take more than a quarter of the memory.
     pub fn push_sites(&mut self, batch: &SiteBatch) -> Result<(), BuildError> {
         self.sites.push(batch)?;
         self.reserve()
@@ -256,12 +256,13 @@ impl Builder {
     async fn push_ends(&mut self) -> Result<(), BuildError> {
         self.terms.first_end.store(self.next_record, Ordering::Relaxed);
         let mut record = self.next_record;
-        for batch in self.segments.ends_as_points(record) {
+        for batch in self.segments.ends(record) {
             let batch = batch?;
             record += batch.records.len() as u64;
             self.given.has_z |= !batch.z.is_empty();
             self.intake.push(&batch, &self.terms).await?;
         }
+        self.given.first_crossing = record;
         let options = &self.terms.options;
         if options.crossings == Crossings::Split || options.steiner == Steiner::Borders {
             record = self.split_lines(record).await?;
@@ -311,8 +312,9 @@ impl Builder {
     /// own.
     ///
     /// # Errors
-    /// If something cannot be written, segments cross, duplicates were to be an error, there is too little memory or room on
-    /// the disk, or the build was cancelled.
+    /// If something cannot be written, segments cross, vertices have no z where others have
+    /// ([`MissingZ`](super::MissingZ)), duplicates were to be an error, there is too little memory
+    /// or room on the disk, or the build was cancelled.
     pub async fn finish(mut self) -> Result<BuildSummary, BuildError> {
         let built = self.build().await;
         self.keep_after(built)

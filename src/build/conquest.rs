@@ -18,6 +18,7 @@ use super::growth::SeamGrowth;
 use super::journal::FinishedBlock;
 use super::leaf::{LeafError, LeafInput, LeafRules, conquer, first_duplicate};
 use super::merge::merge;
+use super::missing_z::{Firsts, FoundWithoutZ};
 use super::node::{Seam, Workspace};
 use super::options::{BuildOptions, Duplicates, Phase};
 use super::ordered::{Closed, Ordered};
@@ -26,7 +27,7 @@ use super::regions::HoleRules;
 use super::schedule::{BlockPoints, Board, Place, Task};
 use super::segments::segments_of_leaves;
 use super::summary::LevelSummary;
-use super::{BlockFound, BuildError, GENERATION, TileState};
+use super::{BlockFound, BuildError, GENERATION, MissingZ, TileState};
 use crate::geometry::{Point, Rect};
 use crate::io::Buffers;
 use crate::store::{MAX_TILES, TileId};
@@ -75,6 +76,10 @@ pub(super) struct Found {
     points_done: u64,
     /// Segments that cross.
     crossings: FirstCrossings,
+    /// Vertices that have no z where others have: an error, or those that got 0.
+    pub(super) without_z: FoundWithoutZ,
+    /// Whether it is an error.
+    lacks_z: bool,
     /// Two of them that one insertion met.
     crossed: Option<Crossed>,
     /// Without triangles: of tiles, the vertex of another one that an edge leads to.
@@ -90,7 +95,7 @@ pub(super) struct Found {
 impl Found {
     /// Whether there is no file to come, and blocks are looked at only for what is wrong with the input.
     fn has_refused(&self) -> bool {
-        self.first_duplicate.is_some() || self.crossed.is_some() || self.crossings.count() > 0
+        self.first_duplicate.is_some() || self.crossed.is_some() || self.crossings.count() > 0 || self.lacks_z
     }
 }
 
@@ -156,6 +161,7 @@ impl Conquest {
                 self.board.only_divide();
             }
         }
+        self.look_for_missing_z(&block, &division);
         let tiles = division.leaves.len();
         let tree = division.tree.clone();
         if !block.segments.is_empty() {
@@ -177,6 +183,28 @@ impl Conquest {
             self.fail(BuildError::TooManyTiles { max: MAX_TILES });
         }
         Ok(())
+    }
+
+    /// Looks for vertices that have no z, where that is an error. Then there is no file to come,
+    /// but the blocks that are left may have those that are to be told first.
+    fn look_for_missing_z(&self, block: &BlockPoints, division: &Division) {
+        let attributes = &block.store.attributes;
+        if self.options.missing_z == MissingZ::Zero || !attributes.has_z() {
+            return;
+        }
+        let mut lacking = FoundWithoutZ::default();
+        for leaf in &division.leaves {
+            let items = &block.store.items[leaf.clone()];
+            lacking.merge(&FoundWithoutZ::in_leaf(items, attributes, self.rules.duplicates));
+        }
+        if lacking.count > 0 {
+            lacking.name_line(&block.segments);
+            let mut found = self.found.lock();
+            found.without_z.merge(&lacking);
+            found.lacks_z = true;
+            drop(found);
+            self.board.only_divide();
+        }
     }
 
     /// Looks for segments that cross in a block that was divided. If there are any there is no file to come, but the blocks
@@ -274,6 +302,7 @@ impl Conquest {
             let mut found = self.found.lock();
             found.waited_to_write += waited;
             found.points_done += items.len() as u64;
+            found.without_z.count += leaf.without_z;
             let of_block = &mut found.blocks[block.number as usize];
             of_block.duplicates += leaf.duplicates;
             of_block.ends += leaf.ends;
@@ -454,6 +483,15 @@ impl Conquest {
                 first: found.crossings.first().to_vec(),
                 count: found.crossings.count(),
             });
+        }
+        let firsts = Firsts {
+            end: self.rules.duplicates.first_end,
+            crossing: self.rules.first_crossing,
+            site: self.rules.first_site,
+        };
+        if let Some(first) = found.without_z.first(firsts) {
+            let count = found.without_z.count;
+            return Err(BuildError::NoZ { first, count });
         }
         match (found.first_duplicate, found.crossed) {
             (Some((records, point)), _) => Err(BuildError::Duplicate { records, point }),

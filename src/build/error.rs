@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use super::crossings::{Crossing, KEPT, SplitError};
 use super::edit::EditError;
 use super::inverted::Inverted;
+use super::missing_z::VertexWithoutZ;
 use crate::geometry::Point;
+use crate::shown;
 use crate::store::{EdgeSource, ReadError};
 
 /// Why a build failed. Nothing stands under the output's name then, or what stood there before.
@@ -14,7 +16,7 @@ use crate::store::{EdgeSource, ReadError};
 #[non_exhaustive]
 pub enum BuildError {
     /// The system refused.
-    #[error("{path}: cannot {what}", path = path.display())]
+    #[error("{path}: cannot {what}", path = shown::path(path))]
     Io {
         /// The file or folder.
         path: PathBuf,
@@ -24,13 +26,13 @@ pub enum BuildError {
         source: io::Error,
     },
     /// The output exists, and was not to be replaced.
-    #[error("{path} exists already; choose another name, or force its replacement", path = .0.display())]
+    #[error("{path} exists already; choose another name, or force its replacement", path = shown::path(.0))]
     OutputExists(PathBuf),
     /// Another build writes to the same output.
-    #[error("{path} is locked: another build is writing this output", path = .0.display())]
+    #[error("{path} is locked: another build is writing this output", path = shown::path(.0))]
     Locked(PathBuf),
     /// The work folder's name is taken by something else.
-    #[error("{path} exists and is no work folder of a build; move it away", path = .0.display())]
+    #[error("{path} exists and is no work folder of a build; move it away", path = shown::path(.0))]
     NotOurs(PathBuf),
     /// An option is out of range.
     #[error("{option} must be from {min} to {max}, not {found}")]
@@ -155,6 +157,17 @@ pub enum BuildError {
         /// How many there are.
         count: u64,
     },
+    /// Vertices have no z, and others have.
+    #[error(
+        "{count} vertices have no z, and others have; the first is {first}; give z to all, or allow that they get z = 0 \
+         (--missing-z zero)"
+    )]
+    NoZ {
+        /// The one of the smallest record number.
+        first: VertexWithoutZ,
+        /// How many there are.
+        count: u64,
+    },
     /// Sites came with another number of z, or of ids.
     #[error("a batch has {sites} sites, z for {z} and ids for {ids}")]
     SiteBatch {
@@ -247,7 +260,7 @@ pub enum BuildError {
         /// Its end.
         point: Point,
     },
-    /// The z of a segment's end is NaN or infinite.
+    /// The z of a segment's end is infinite.
     #[error("an end of segment {segment} has z {z}, which is not finite")]
     InvalidEndZ {
         /// The number of the segment, from 0.
@@ -284,7 +297,7 @@ pub enum BuildError {
     /// There is not enough room on the disk.
     #[error(
         "{path}: the build needs about {needed} MiB of disk, and {free} MiB are free there",
-        path = path.display(), needed = needed.div_ceil(1 << 20), free = free >> 20
+        path = shown::path(path), needed = needed.div_ceil(1 << 20), free = free >> 20
     )]
     Disk {
         /// The folder.
@@ -298,7 +311,7 @@ pub enum BuildError {
     #[error(
         "{path} holds the work of a build with other inputs or options, and cannot be resumed with these ({what}); build \
          without resuming to start again",
-        path = path.display()
+        path = shown::path(path)
     )]
     OtherBuild {
         /// The work folder.

@@ -47,6 +47,8 @@ pub(super) struct LeafRules {
     pub(super) has_holes: bool,
     /// Points whose regions are holes.
     pub(super) seeds: Seeds,
+    /// From this record number on points are those at which segments were split.
+    pub(super) first_crossing: u64,
     /// From this record number on points are sites.
     pub(super) first_site: u64,
     pub(super) site_ids: Vec<SiteId>,
@@ -82,6 +84,8 @@ pub(super) struct Leaf {
     pub(super) duplicates: u64,
     /// Vertices that are no points, but ends of segments or sites.
     pub(super) ends: u64,
+    /// Vertices that have no z and got 0, where others have z.
+    pub(super) without_z: u64,
     /// Constraint edges between two triangles of the core.
     pub(super) constraint_edges: u64,
 }
@@ -128,6 +132,11 @@ pub(super) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &L
     if attributes.has_z() {
         core.z.extend(kept.iter().map(|item| attributes.z(item.position)));
     }
+    let mut without_z = 0;
+    for z in core.z.iter_mut().filter(|z| z.is_nan()) {
+        *z = 0.0;
+        without_z += 1;
+    }
     put_sites(&mut core, items, attributes, rules);
     let points = &core.points;
     let (seam_vertices, unsettled) = workspace.run(points, cell, |_| true);
@@ -167,6 +176,7 @@ pub(super) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &L
         seam,
         duplicates: (items.len() - kept.len()) as u64,
         ends: core.records.iter().filter(|&&record| record >= rule.first_end).count() as u64,
+        without_z,
         constraint_edges: core.edge_sources.chunk_by(|a, b| a.0 == b.0).count() as u64,
         open_sides: Vec::new(),
     };

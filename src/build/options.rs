@@ -6,7 +6,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 
-use super::{BuildError, budget};
+use super::{BuildError, MissingZ, budget};
 use crate::mesh::EngineKind;
 
 /// How to build a tile file.
@@ -29,6 +29,8 @@ pub struct BuildOptions {
     pub crossings: Crossings,
     /// Whether segments are split where they cross the borders of cells.
     pub steiner: Steiner,
+    /// What to do with vertices that have no z where others have.
+    pub missing_z: MissingZ,
     /// Whether regions that reach the hull without a constraint are holes, as the outside of a PSLG is for Triangle.
     pub exterior_is_hole: bool,
     /// Whether an output that exists is replaced.
@@ -100,6 +102,7 @@ impl Default for BuildOptions {
             duplicates: Duplicates::default(),
             crossings: Crossings::default(),
             steiner: Steiner::default(),
+            missing_z: MissingZ::default(),
             exterior_is_hole: false,
             force: false,
             work_folder: None,
@@ -161,10 +164,12 @@ pub(super) struct DuplicateRule {
 }
 
 impl DuplicateRule {
-    /// Whether of two points, each with its z and record number, the first is kept.
+    /// Whether of two points, each with its z and record number, the first is kept. Of ends of
+    /// lines and sites one with z is kept rather than one without.
     pub(super) fn prefers(self, a: (f64, u64), b: (f64, u64)) -> bool {
         match (a.1 >= self.first_end, b.1 >= self.first_end) {
             (false, false) => self.duplicates.prefers(a, b),
+            (true, true) => (a.0.is_nan(), a.1) < (b.0.is_nan(), b.1),
             _ => a.1 < b.1,
         }
     }
@@ -186,6 +191,11 @@ impl Duplicates {
             Self::First | Self::Error => std::cmp::Ordering::Equal,
             Self::Lowest => z.total_cmp(&other_z),
             Self::Highest => other_z.total_cmp(&z),
+        };
+        // Without z it is neither lower nor higher than another.
+        let by_z = match (self, z.is_nan() || other_z.is_nan()) {
+            (Self::Lowest | Self::Highest, true) => z.is_nan().cmp(&other_z.is_nan()),
+            _ => by_z,
         };
         by_z.then(record.cmp(&other)).is_lt()
     }

@@ -3,6 +3,7 @@
 use crate::geometry::Point;
 use crate::input::PointBatch;
 
+use super::missing_z::NO_Z;
 use super::spill::Record;
 
 /// A point and its place in the arrays of what goes with it.
@@ -46,10 +47,10 @@ impl PointStore {
         let attributes = &mut self.attributes;
         if !batch.z.is_empty() {
             // Batches before may have come without z.
-            attributes.z.resize(first as usize, 0.0);
+            attributes.z.resize(first as usize, NO_Z);
             attributes.z.extend_from_slice(&batch.z);
         } else if !attributes.z.is_empty() {
-            attributes.z.resize(self.items.len(), 0.0);
+            attributes.z.resize(self.items.len(), NO_Z);
         }
         let plain = attributes.records.is_empty() && batch.records.iter().zip(first..).all(|(&r, p)| r == p);
         if !plain {
@@ -89,7 +90,7 @@ impl PointStore {
             position = self.items.len() as u32;
             attributes.records.push(record);
             if has_z {
-                attributes.z.resize(self.items.len(), 0.0);
+                attributes.z.resize(self.items.len(), NO_Z);
                 attributes.z.push(z);
             }
         }
@@ -108,9 +109,9 @@ impl Attributes {
         !self.z.is_empty()
     }
 
-    /// z at a position; 0 if there is none.
+    /// z at a position, or [`NO_Z`].
     pub(super) fn z(&self, position: u32) -> f64 {
-        self.z.get(position as usize).copied().unwrap_or(0.0)
+        self.z.get(position as usize).copied().unwrap_or(NO_Z)
     }
 
     pub(super) fn record(&self, position: u32) -> u64 {

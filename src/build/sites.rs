@@ -1,6 +1,7 @@
 //! Sites: points with an id, of which several may lie at one place. All are kept in memory until their tiles are written.
 
 use super::BuildError;
+use super::missing_z::NO_Z;
 use crate::geometry::Point;
 use crate::input::{PointBatch, SiteBatch, SiteId};
 
@@ -31,15 +32,15 @@ impl Sites {
             .zip(batch.z.iter().map(Some).chain(std::iter::repeat(None)))
             .zip(self.count()..)
         {
-            let z = z.copied().unwrap_or(0.0);
-            if !point.is_valid() || !z.is_finite() {
+            let z = z.copied().unwrap_or(NO_Z);
+            if !point.is_valid() || z.is_infinite() {
                 return Err(BuildError::InvalidSite { site, point, z });
             }
         }
         if z > 0 || !self.z.is_empty() {
-            self.z.resize(self.points.len(), 0.0);
+            self.z.resize(self.points.len(), NO_Z);
             self.z.extend_from_slice(&batch.z);
-            self.z.resize(self.points.len() + points, 0.0);
+            self.z.resize(self.points.len() + points, NO_Z);
         }
         self.points.extend(batch.points.iter().map(|point| point.normalized()));
         let text = |id: &SiteId| match id {

@@ -44,6 +44,9 @@ pub struct BuildSummary {
     pub held_triangles: u64,
     /// Segments that would have held too many: they were inserted at the end, into the file.
     pub deferred_segments: u64,
+    /// Vertices that got z = 0, since they have none and others have
+    /// ([`MissingZ::Zero`](super::MissingZ::Zero)).
+    pub without_z: u64,
     /// Tiles of the file.
     pub tiles: u64,
     /// Bytes of the file.

@@ -1,46 +1,19 @@
-//! Bytes from files and streams: opened, counted, unzipped, buffered.
+//! Bytes from files and streams: unzipped, with a look at the first ones.
 //!
-//! In: a path, or any stream. Out: [`ByteInput`], which the formats that need no seeking read.
+//! In: a file or a stream. Out: [`ByteInput`], which the formats that need no seeking read.
 //! gzip is undone here (all members of the file), so that no format has to know of it.
 
 use super::InputError;
-use std::fs::{File, Metadata};
-use std::io::{self, Read, Seek, SeekFrom};
+use super::watch::{Reading, Watched};
+use std::io::{self, Read};
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The size of a read buffer, and of a read.
 pub(super) const BUFFER: usize = 256 << 10;
 
 /// The first bytes of a gzip file: magic number and deflate, the one method there is (RFC 1952).
 const GZIP: [u8; 3] = [0x1f, 0x8b, 8];
-
-/// A reader that counts what it hands out, for progress.
-pub(super) struct Counted<R> {
-    inner: R,
-    count: Arc<AtomicU64>,
-}
-
-impl<R> Counted<R> {
-    pub fn new(inner: R, count: Arc<AtomicU64>) -> Self {
-        Self { inner, count }
-    }
-}
-
-impl<R: Read> Read for Counted<R> {
-    fn read(&mut self, buf: &mut [u8]) -> io::Result<usize> {
-        let n = self.inner.read(buf)?;
-        self.count.fetch_add(n as u64, Ordering::Relaxed);
-        Ok(n)
-    }
-}
-
-impl<R: Seek> Seek for Counted<R> {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.inner.seek(to)
-    }
-}
 
 /// An opened input, before its format takes it.
 pub(super) struct ByteInput {
@@ -56,19 +29,22 @@ pub(super) struct ByteInput {
 
 impl ByteInput {
     /// Looks at the first bytes, and undoes gzip if they (and, unless `by_magic`, the name) tell of it.
-    pub fn new(
-        path: Arc<Path>,
-        read: Box<dyn Read + Send>,
-        size: Option<u64>,
-        by_magic: bool,
-    ) -> Result<Self, InputError> {
+    pub fn new(read: Watched<impl Read + Send + 'static>, by_magic: bool) -> Result<Self, InputError> {
+        let (path, size, reading) = (
+            Arc::clone(&read.watch.path),
+            read.watch.size(),
+            read.watch.reading.clone(),
+        );
         let named = path.extension().is_some_and(|suffix| suffix.eq_ignore_ascii_case("gz"));
-        let plain = Self::with_head(path, read, size)?;
+        let plain = Self::with_head(path, Box::new(read), size)?;
         if !(plain.head.starts_with(&GZIP) && (by_magic || named)) {
             return Ok(plain);
         }
-        let read = gunzip(plain.read, &plain.path)?;
-        Self::with_head(plain.path, read, None)
+        let read = Stoppable {
+            read: gunzip(plain.read, &plain.path)?,
+            reading,
+        };
+        Self::with_head(plain.path, Box::new(read), None)
     }
 
     /// Passes over a byte order mark, and gives its length.
@@ -99,9 +75,26 @@ impl ByteInput {
     }
 }
 
+/// Decompressed bytes, of which a few compressed ones may give very many.
+struct Stoppable {
+    read: Box<dyn Read + Send>,
+    reading: Reading,
+}
+
+impl Read for Stoppable {
+    fn read(&mut self, buf: &mut [u8]) -> io::Result<usize> {
+        self.reading.check_io()?;
+        self.read.read(buf)
+    }
+}
+
+/// Compressed bytes that are read at once: few, since they tell how far the reading is.
+#[cfg(feature = "text")]
+const COMPRESSED: usize = 32 << 10;
+
 #[cfg(feature = "text")]
 fn gunzip(read: Box<dyn Read + Send>, _: &Path) -> Result<Box<dyn Read + Send>, InputError> {
-    let read = io::BufReader::with_capacity(BUFFER, read);
+    let read = io::BufReader::with_capacity(COMPRESSED, read);
     Ok(Box::new(flate2::bufread::MultiGzDecoder::new(read)))
 }
 
@@ -111,18 +104,5 @@ fn gunzip(_: Box<dyn Read + Send>, path: &Path) -> Result<Box<dyn Read + Send>, 
         path: path.to_owned(),
         what: "gzip".to_owned(),
         feature: "text",
-    })
-}
-
-/// Opens a file, with its metadata if it is a regular file: pipes and devices have no size.
-pub(super) fn open_file(path: &Path) -> Result<(File, Option<Metadata>), InputError> {
-    let open = || {
-        let file = File::open(path)?;
-        let metadata = file.metadata()?;
-        Ok((file, metadata.is_file().then_some(metadata)))
-    };
-    open().map_err(|source| InputError::Open {
-        path: path.to_owned(),
-        source,
     })
 }

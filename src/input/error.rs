@@ -1,5 +1,6 @@
 //! What can go wrong with an input, with the evidence: file, record, line or offset, what was found, what to do.
 
+use crate::shown;
 use std::error::Error;
 use std::fmt;
 use std::io;
@@ -45,7 +46,7 @@ impl fmt::Display for Place {
 #[non_exhaustive]
 pub enum InputError {
     /// The file cannot be opened.
-    #[error("{}: cannot be opened; does it exist, and may you read it?", path.display())]
+    #[error("{}: cannot be opened; does it exist, and may you read it?", shown::path(path))]
     Open {
         /// The file.
         path: PathBuf,
@@ -53,7 +54,10 @@ pub enum InputError {
         source: io::Error,
     },
     /// The operating system, or the gzip decoder, failed within the file.
-    #[error("{}: byte {offset}: reading failed; the file is damaged or cut short, or its medium failed", path.display())]
+    #[error(
+        "{}: byte {offset}: reading failed; the file is damaged or cut short, or its medium failed",
+        shown::path(path)
+    )]
     Read {
         /// The file.
         path: PathBuf,
@@ -62,18 +66,35 @@ pub enum InputError {
         /// Why.
         source: io::Error,
     },
+    /// A file is not what it was when it was opened: what was read of it is of no use.
+    #[error(
+        "{}: the file changed while it was read: {what}; nothing was made of it; read it when nobody writes to it",
+        shown::path(path)
+    )]
+    Changed {
+        /// The file.
+        path: PathBuf,
+        /// In which way.
+        what: String,
+    },
+    /// The reading was [stopped](super::Reading::stop).
+    #[error("the reading was stopped")]
+    Stopped,
     /// Neither the name nor an option tells the format.
     #[error(
         "{}: the name does not tell the format; give it with --format, or use one of the suffixes .csv .tsv .txt .xyz \
          .f64 .node .poly .geojson .json .geojsonl .las .laz (and .gz after any but the last two)",
-        path.display()
+        shown::path(path)
     )]
     UnknownFormat {
         /// The file.
         path: PathBuf,
     },
     /// The library was built without the reader.
-    #[error("{}: {what} cannot be read: built without the feature `{feature}`", path.display())]
+    #[error(
+        "{}: {what} cannot be read: built without the feature `{feature}`",
+        shown::path(path)
+    )]
     MissingFeature {
         /// The file.
         path: PathBuf,
@@ -85,7 +106,7 @@ pub enum InputError {
     /// A record is no valid point. With [`skip_invalid`](super::InputOptions::skip_invalid) it is counted instead.
     #[error(
         "{}: record {record} ({place}): {found}; correct it, or pass over such records with --skip-invalid",
-        path.display()
+        shown::path(path)
     )]
     Record {
         /// The file.
@@ -101,14 +122,14 @@ pub enum InputError {
     #[error(
         "{}: the name does not tell how segments are written in it; use one of the suffixes .geojson .json .geojsonl .csv .tsv .txt \
          (and .gz after any of these), .u32 .u64",
-        path.display()
+        shown::path(path)
     )]
     UnknownSegments {
         /// The file.
         path: PathBuf,
     },
     /// A record is no segment.
-    #[error("{}: segment {segment} ({place}): {found}", path.display())]
+    #[error("{}: segment {segment} ({place}): {found}", shown::path(path))]
     Segment {
         /// The file.
         path: PathBuf,
@@ -123,14 +144,14 @@ pub enum InputError {
     #[error(
         "{}: obstacles are read from GeoJSON, and the name does not tell that this is some; use one of the suffixes .geojson .json \
          .geojsonl (and .gz after any of these)",
-        path.display()
+        shown::path(path)
     )]
     UnknownObstacles {
         /// The file.
         path: PathBuf,
     },
     /// A record is no polygon.
-    #[error("{}: obstacle {obstacle} ({place}): {found}", path.display())]
+    #[error("{}: obstacle {obstacle} ({place}): {found}", shown::path(path))]
     Obstacle {
         /// The file.
         path: PathBuf,
@@ -145,14 +166,14 @@ pub enum InputError {
     #[error(
         "{}: the name does not tell how sites are written in it; use one of the suffixes .geojson .json .geojsonl .csv .tsv .txt \
          .xyz (and .gz after any of these)",
-        path.display()
+        shown::path(path)
     )]
     UnknownSites {
         /// The file.
         path: PathBuf,
     },
     /// A record is no site.
-    #[error("{}: site {site} ({place}): {found}", path.display())]
+    #[error("{}: site {site} ({place}): {found}", shown::path(path))]
     Site {
         /// The file.
         path: PathBuf,
@@ -164,7 +185,7 @@ pub enum InputError {
         found: String,
     },
     /// The file's structure is broken: no record of its own is to blame, and none can be passed over.
-    #[error("{}: {}{problem}; {hint}", path.display(), place.prefix())]
+    #[error("{}: {}{problem}; {hint}", shown::path(path), place.prefix())]
     Malformed {
         /// The file.
         path: PathBuf,
@@ -187,16 +208,4 @@ pub enum InputError {
         /// What is possible.
         expected: String,
     },
-}
-
-/// Bytes of a file as text for a message: printable, and not much of it.
-pub(super) fn excerpt(bytes: &[u8]) -> String {
-    const LONGEST: usize = 60;
-    let mut text: String = String::from_utf8_lossy(&bytes[..bytes.len().min(LONGEST)])
-        .escape_debug()
-        .collect();
-    if bytes.len() > LONGEST {
-        text.push('…');
-    }
-    text
 }

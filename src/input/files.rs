@@ -4,13 +4,11 @@
 //! that can be read only once (pipes). Reading goes through [`Files::current`] and [`Files::next_file`].
 
 use super::InputError;
-use super::bytes::{ByteInput, open_file};
+use super::bytes::ByteInput;
+use super::watch::{FileStamp, Reading, Watch, Watched, note};
 use std::collections::VecDeque;
-use std::fs::Metadata;
-use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Starts the reader of a file.
 type Start<R> = Box<dyn Fn(&Path, ByteInput) -> Result<R, InputError> + Send + Sync>;
@@ -18,26 +16,20 @@ type Start<R> = Box<dyn Fn(&Path, ByteInput) -> Result<R, InputError> + Send + S
 /// A file that is being read.
 struct Opened<R> {
     reader: R,
-    /// Bytes that were read of it.
-    bytes: Arc<AtomicU64>,
+    watch: Arc<Watch>,
 }
 
-/// Counts what is read.
-struct Counted<T> {
-    read: T,
-    bytes: Arc<AtomicU64>,
-}
-
-impl<T: Read> Read for Counted<T> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let count = self.read.read(buffer)?;
-        self.bytes.fetch_add(count as u64, Ordering::Relaxed);
-        Ok(count)
-    }
+/// A file that is not done, and what it was when it was looked at.
+struct Waiting<R> {
+    path: PathBuf,
+    stamp: Option<FileStamp>,
+    opened: Option<Opened<R>>,
 }
 
 pub(super) struct Files<R> {
-    waiting: VecDeque<(PathBuf, Option<Opened<R>>)>,
+    waiting: VecDeque<Waiting<R>>,
+    stamps: Vec<(PathBuf, FileStamp)>,
+    reading: Reading,
     /// Bytes of the files that are done.
     done_bytes: u64,
     /// Whether the bytes of this file tell that it is gzip.
@@ -55,57 +47,95 @@ impl<R> Files<R> {
     ) -> Result<Self, InputError> {
         let mut files = Self {
             waiting: VecDeque::new(),
+            stamps: Vec::new(),
+            reading: Reading::default(),
             done_bytes: 0,
             unzip,
             start,
         };
         for path in paths {
-            let (opened, once) = files.open_one(path)?;
+            let opened = files.open_one(path, None)?;
             look(&opened.reader);
-            let keep = once || files.waiting.is_empty();
-            files.waiting.push_back((path.clone(), keep.then_some(opened)));
+            let stamp = opened.watch.stamp();
+            note(&mut files.stamps, &opened.watch);
+            // What can be read only once stays open.
+            let keep = stamp.is_none() || files.waiting.is_empty();
+            files.waiting.push_back(Waiting {
+                path: path.clone(),
+                stamp,
+                opened: keep.then_some(opened),
+            });
         }
         Ok(files)
     }
 
-    /// The reader of a file, and whether the file can be read only once.
-    fn open_one(&self, path: &Path) -> Result<(Opened<R>, bool), InputError> {
-        let (file, metadata) = open_file(path)?;
-        let size = metadata.as_ref().map(Metadata::len);
-        let bytes = Arc::default();
-        let read = Counted {
-            read: file,
-            bytes: Arc::clone(&bytes),
-        };
-        let input = ByteInput::new(path.into(), Box::new(read), size, (self.unzip)(path))?;
-        let reader = (self.start)(path, input)?;
-        Ok((Opened { reader, bytes }, metadata.is_none()))
+    fn open_one(&self, path: &Path, before: Option<FileStamp>) -> Result<Opened<R>, InputError> {
+        let file = Watched::open(path, &self.reading, before)?;
+        let watch = Arc::clone(&file.watch);
+        let input = ByteInput::new(file, (self.unzip)(path));
+        let reader = input.and_then(|input| (self.start)(path, input));
+        let reader = reader.map_err(|error| watch.explain(error))?;
+        Ok(Opened { reader, watch })
     }
 
     /// The file at hand; `None` after the last one.
     pub fn current(&mut self) -> Result<Option<(&Path, &mut R)>, InputError> {
-        if let Some((path, None)) = self.waiting.front() {
-            let (opened, _) = self.open_one(&path.clone())?;
-            if let Some((_, waiting)) = self.waiting.front_mut() {
-                *waiting = Some(opened);
+        self.reading.check()?;
+        if let Some(Waiting {
+            path,
+            stamp,
+            opened: None,
+        }) = self.waiting.front()
+        {
+            let opened = self.open_one(path, *stamp)?;
+            if let Some(waiting) = self.waiting.front_mut() {
+                waiting.opened = Some(opened);
             }
         }
         Ok(match self.waiting.front_mut() {
-            Some((path, Some(opened))) => Some((path, &mut opened.reader)),
+            Some(Waiting {
+                path,
+                opened: Some(opened),
+                ..
+            }) => Some((path, &mut opened.reader)),
             _ => None,
         })
     }
 
-    /// Goes to the next file.
-    pub fn next_file(&mut self) {
+    fn watch(&self) -> Option<&Watch> {
+        let opened = self.waiting.front().and_then(|waiting| waiting.opened.as_ref());
+        opened.map(|opened| &*opened.watch)
+    }
+
+    /// Goes to the next file. Fails if the one at hand has changed since it was opened.
+    pub fn next_file(&mut self) -> Result<(), InputError> {
+        self.watch().map_or(Ok(()), Watch::check)?;
         self.done_bytes = self.bytes_read();
         self.waiting.pop_front();
+        Ok(())
+    }
+
+    /// The error that an error of the reader at hand comes from.
+    pub fn explain(&self, error: InputError) -> InputError {
+        match self.watch() {
+            Some(watch) => watch.explain(error),
+            None => error,
+        }
     }
 
     /// Bytes read of the files so far, as they are on the disk; what was read ahead counts.
     pub fn bytes_read(&self) -> u64 {
-        let current = self.waiting.front().and_then(|(_, opened)| opened.as_ref());
-        self.done_bytes + current.map_or(0, |opened| opened.bytes.load(Ordering::Relaxed))
+        self.done_bytes + self.watch().map_or(0, Watch::taken)
+    }
+
+    /// How far the reading is, and the way to stop it.
+    pub fn reading(&self) -> &Reading {
+        &self.reading
+    }
+
+    /// All regular files, as they were when they were looked at.
+    pub fn stamps(&self) -> &[(PathBuf, FileStamp)] {
+        &self.stamps
     }
 
     /// Leaves out all files that are left.
@@ -115,7 +145,7 @@ impl<R> Files<R> {
 
     /// The files that are left.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
-        self.waiting.iter().map(|(path, _)| path.as_path())
+        self.waiting.iter().map(|waiting| waiting.path.as_path())
     }
 }
 

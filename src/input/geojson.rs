@@ -16,9 +16,10 @@ mod points;
 pub(super) use features::Features;
 
 use super::bytes::ByteInput;
-use super::error::excerpt;
 use super::json::{Json, ValueType};
 use super::{InputError, Place, SiteId};
+use crate::shown;
+use crate::shown::excerpt;
 
 const HINT: &str = "GeoJSON (RFC 7946) is due";
 
@@ -180,7 +181,7 @@ struct Tally {
 
 impl GeoJson {
     pub fn new(input: ByteInput) -> Result<Self, InputError> {
-        let name = input.path.display().to_string();
+        let name = shown::path(&input.path);
         let mut this = Self {
             json: Json::new(input),
             open: Vec::new(),

@@ -8,11 +8,12 @@
 //! with the file's size here, before anything is allocated or decoded from it. A file that is cut short fails at
 //! open. Whether a file is LAZ its header tells, and not its suffix.
 
-use super::bytes::{BUFFER, Counted};
+use super::bytes::BUFFER;
 use super::laz::Laz;
 use super::reader::Reader;
 use super::sample::RandomAccess;
 use super::sink::Sink;
+use super::watch::Watched;
 use super::{InputError, InputOptions, Place, Returns};
 use crate::geometry::Point;
 use ::las::raw::Vlr;
@@ -21,9 +22,10 @@ use std::error::Error;
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
+use std::sync::Arc;
 
 /// A file with lidar points.
-pub(super) type FileReader = BufReader<Counted<File>>;
+pub(super) type FileReader = BufReader<Watched<Arc<File>>>;
 
 /// The bytes of points that are read at once.
 const CHUNK: usize = 1 << 20;
@@ -36,7 +38,7 @@ const LONGEST_RECORD: usize = 4096;
 const LONGEST_WKT: u64 = 1 << 20;
 
 const DAMAGED: &str = "the file is damaged";
-const CUT_SHORT: &str = "the file is cut short, or its header is damaged";
+pub(super) const CUT_SHORT: &str = "the file is cut short, or its header is damaged";
 
 /// What is wrong with the file, before it is known which file it is.
 pub(super) struct Problem {
@@ -88,7 +90,7 @@ pub(super) fn no_stream(path: &Path) -> InputError {
 
 pub(super) fn open(
     path: &Path,
-    file: Counted<File>,
+    file: Watched<Arc<File>>,
     size: u64,
     options: &InputOptions,
 ) -> Result<Box<dyn Reader>, InputError> {
@@ -245,6 +247,16 @@ impl Layout {
             return Err(Problem::damaged(
                 "the scale or the offset of the coordinates is not finite",
             ));
+        }
+        if let Some((_, name)) = layout
+            .scale
+            .iter()
+            .zip(["x", "y", "z"])
+            .find(|(scale, _)| **scale == 0.0)
+        {
+            return Err(Problem::damaged(format!(
+                "the scale of {name} is 0, so that all points have the same {name}"
+            )));
         }
         Ok((layout, compressed))
     }

@@ -9,19 +9,22 @@
 //!   table:  u32 version | u32: chunks | compressed entries (points), bytes
 //! ```
 //!
-//! What `laz` 0.13 does with hostile numbers, and what is done here before it gets them: it allocates 16 bytes per chunk
-//! that the table claims (at most [`LARGEST_TABLE`] of the file's size are let through), the bytes that each layer claims
-//! (compared with what is left of the file), some 10 KiB per extra byte (limited by the record length); it indexes the
-//! table by chunk and panics behind its end, and it loops over chunks of no points (the table must have as many points as
-//! the header). Its arithmetic decoder can still divide by zero or index out of range on damaged data: there is
-//! no way to check these without decoding, so that such a panic is caught and becomes an error (where panics unwind).
+//! What `laz` 0.13 does with hostile numbers, and what is done here before it gets them: it
+//! allocates 16 bytes per chunk that the table claims (at most [`LARGEST_TABLE`] of the file's size
+//! are let through), the bytes that each layer claims (compared with what is left of the file),
+//! some 10 KiB per extra byte (limited by the record length); it indexes the table by chunk and
+//! panics behind its end, and it loops over chunks of no points (the table must have as many points
+//! as the header). Its arithmetic decoder can still divide by zero or index out of range on damaged
+//! data: there is no way to check these without decoding, so that such a panic is caught and
+//! becomes an error (where panics unwind; `caught` keeps the program's panic hook from reporting
+//! it).
 
-use super::las::{FileReader, Layout, Problem, trimmed};
+use super::caught::catch;
+use super::las::{CUT_SHORT, FileReader, Layout, Problem, trimmed};
 use ::las::raw::Vlr;
 use laz::laszip::ChunkTable;
 use laz::{DecompressionSelection, LasZipDecompressor, LazItemType, LazVlr};
 use std::io::{Read, Seek, SeekFrom};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Bytes of the file for each chunk at least: its first point is stored as it is, and the smallest has 20.
 const LARGEST_TABLE: u64 = 20;
@@ -58,7 +61,15 @@ impl Laz {
         let Some(record) = records.iter().find(is_it) else {
             return Err(Problem::damaged("compressed points, but no record that tells how"));
         };
-        let vlr = LazVlr::from_buffer(&record.data)
+        let mut data = record.data.clone();
+        if is_pointwise(&data)
+            && let Some(chunk_size) = data.get_mut(12..16)
+        {
+            // It has one chunk. Old files have any size here, and the crate panics at what means
+            // that sizes differ.
+            chunk_size.copy_from_slice(&u32::MAX.wrapping_sub(1).to_le_bytes());
+        }
+        let vlr = LazVlr::from_buffer(&data)
             .map_err(|error| Problem::damaged("the record that tells the compression is wrong").caused_by(error))?;
         let layers = check_items(&vlr, &record.data, layout)?;
         let chunks = if is_pointwise(&record.data) {
@@ -75,13 +86,10 @@ impl Laz {
             .decompress_z()
             .decompress_classification()
             .decompress_flags();
-        let new = AssertUnwindSafe(|| LasZipDecompressor::selective(file, vlr, selection));
-        let decompressor = match catch_unwind(new) {
-            Ok(Ok(decompressor)) => decompressor,
-            Ok(Err(error)) => {
-                return Err(Problem::damaged("the points cannot be decompressed").caused_by(error));
-            }
-            Err(_) => return Err(Problem::damaged("the points cannot be decompressed")),
+        let decompressor = match catch(|| LasZipDecompressor::selective(file, vlr, selection)) {
+            Some(Ok(decompressor)) => decompressor,
+            Some(Err(error)) => return Err(undecodable().caused_by(error)),
+            None => return Err(undecodable()),
         };
         Ok(Self {
             decompressor,
@@ -147,19 +155,30 @@ impl Laz {
     }
 
     fn decompress(&mut self, buffer: &mut [u8]) -> Result<(), Problem> {
-        const FAILED: &str = "the points cannot be decompressed";
         if self.broken {
-            return Err(Problem::damaged(FAILED));
+            return Err(undecodable());
         }
         let decompressor = &mut self.decompressor;
         // See the head of this file. What is left behind by a panic is never used again.
-        let result = catch_unwind(AssertUnwindSafe(|| decompressor.decompress_many(buffer)));
-        self.broken = !matches!(result, Ok(Ok(())));
+        let result = catch(|| decompressor.decompress_many(buffer));
+        self.broken = !matches!(result, Some(Ok(())));
         match result {
-            Ok(Ok(())) => Ok(()),
-            Ok(Err(error)) => Err(Problem::cut_short(FAILED).caused_by(error)),
-            Err(_) => Err(Problem::damaged(FAILED)),
+            Some(Ok(())) => Ok(()),
+            Some(Err(error)) => Err(Problem {
+                hint: CUT_SHORT,
+                ..undecodable()
+            }
+            .caused_by(error)),
+            None => Err(undecodable()),
         }
+    }
+}
+
+/// The error of points that the decoder gives up on.
+fn undecodable() -> Problem {
+    Problem {
+        hint: "the file is damaged, or compressed in a way that is not supported",
+        ..Problem::damaged("the points cannot be decompressed")
     }
 }
 
@@ -197,7 +216,15 @@ fn check_items(vlr: &LazVlr, record: &[u8], layout: Layout) -> Result<Option<usi
         layers += item_layers;
     }
     let compressor = record.first().copied().unwrap_or_default();
-    sound &= record.get(1) == Some(&0) && matches!((layout.extended, compressor), (false, 1 | 2) | (true, 3));
+    if record.get(1) != Some(&0) || !matches!((layout.extended, compressor), (false, 1 | 2) | (true, 3)) {
+        let format = if layout.extended { "6 to 10" } else { "0 to 5" };
+        return Err(Problem {
+            hint: "write the file anew with a present version of LASzip",
+            ..Problem::damaged(format!(
+                "not supported: compressor {compressor} with point formats {format}"
+            ))
+        });
+    }
     if sound && length == layout.length {
         Ok(layout.extended.then_some(layers))
     } else {
@@ -230,10 +257,10 @@ fn read_table(file: &mut FileReader, size: u64, start: u64, vlr: &LazVlr) -> Res
         )));
     }
     file.seek(SeekFrom::Start(start)).map_err(unreadable)?;
-    match catch_unwind(AssertUnwindSafe(|| ChunkTable::read_from(&mut *file, vlr))) {
-        Ok(Ok(table)) => Ok(Some(table)),
-        Ok(Err(error)) => Err(Problem::cut_short("the chunk table cannot be read").caused_by(error)),
-        Err(_) => Err(Problem::damaged("the chunk table cannot be read")),
+    match catch(|| ChunkTable::read_from(&mut *file, vlr)) {
+        Some(Ok(table)) => Ok(Some(table)),
+        Some(Err(error)) => Err(Problem::cut_short("the chunk table cannot be read").caused_by(error)),
+        None => Err(Problem::damaged("the chunk table cannot be read")),
     }
 }
 

@@ -7,6 +7,7 @@
 //! | obstacles | GeoJSON's polygons, directed | [`SegmentSource::open_obstacles`] |
 //! | segments and hole points | Triangle's `.poly` | [`PolySource`] |
 //! | sites: points with an id | GeoJSON's points, rows `x,y,id` | [`SiteSource`] |
+//! | rows of text of any kind | lines | [`RowFile`] |
 //!
 //! The rest of this page is about points; the others say on their own pages what they read, count and keep.
 //!
@@ -35,16 +36,25 @@
 //! for a sample of the points 4 MiB. No length or count that a file claims is believed before it is
 //! compared with the file's size. Every file is hostile: what is wrong with it becomes an [`InputError`], never a panic.
 //!
+//! **A file that changes** while it is read (in length, time of modification, or by another one
+//! that takes its place between two openings) is [`InputError::Changed`] at the latest when its
+//! last batch is due, and nothing that was read of it counts. [`FileStamp`]s let a caller say the
+//! same of files that several sources read. A [`Reading`] shows how far a source is and stops it,
+//! in the middle of a long stretch without records too.
+//!
 //! **Record numbers** are u64 positions from 0 over all inputs in order. Every record counts, those that are skipped,
 //! withheld or filtered too, so that a number finds its record again whatever the options: text rows (not header,
 //! comment and blank lines), pairs or triples of f64, points of `.node` and `.poly`, GeoJSON positions in document order
 //! (the closing one of a ring too), LAS points.
 //!
-//! **z**: [`PointSource::has_z`] is known at open, since every file's header or first record is looked at. If any input
-//! has z then every batch has z for all of its points, and points without one get 0.0, which a note reports;
-//! otherwise no batch has any. A NaN never gets in.
+//! **z**: [`PointSource::has_z`] is known at open, since every file's header or first record is
+//! looked at. If any input has z then every batch has z for all of its points, and a point without
+//! one is an error, or gets 0.0 and a note reports it ([`MissingZ`]); otherwise no batch has any.
+//! Ends of lines and sites without z have NaN in batches that have z: whether they need one depends
+//! on what lies there. A NaN of a file never gets in.
 
 mod bytes;
+mod caught;
 mod error;
 mod files;
 #[cfg(feature = "geojson")]
@@ -61,6 +71,7 @@ mod options;
 mod poly;
 mod raw;
 mod reader;
+mod row_file;
 #[cfg(feature = "text")]
 mod rows;
 mod sample;
@@ -79,14 +90,18 @@ mod source;
 mod spot;
 #[cfg(feature = "text")]
 mod text;
+mod watch;
 
+pub use caught::panic_is_caught;
 pub use error::{InputError, Place};
-pub use options::{Column, Columns, Format, InputOptions, Returns};
+pub use options::{Column, Columns, Format, InputOptions, MissingZ, Returns};
 pub use poly::PolySource;
+pub use row_file::RowFile;
 pub use segments::{LineOrigin, SegmentBatch, SegmentSource};
 pub use sink::InputCounts;
 pub use sites::{SiteBatch, SiteId, SiteSource};
 pub use source::PointSource;
+pub use watch::{FileStamp, Reading};
 
 use crate::geometry::Point;
 

@@ -8,11 +8,12 @@
 //! are counted. A `.poly` file begins in the same way and goes on behind the points, where [`poly`](super::poly) reads it.
 
 use super::bytes::ByteInput;
-use super::error::excerpt;
 use super::lines::{Lines, number};
 use super::reader::Reader;
 use super::sink::Sink;
 use super::{InputError, Place};
+use crate::shown;
+use crate::shown::excerpt;
 
 const HINT: &str = "the first line is: number of points, dimension (2 or 3), attributes, markers (0 or 1)";
 
@@ -35,7 +36,7 @@ impl Node {
     }
 
     fn over(input: ByteInput, is_poly: bool) -> Result<Self, InputError> {
-        let name = input.path.display().to_string();
+        let name = shown::path(&input.path);
         let lines = Lines::new(input)?;
         Ok(Self {
             vertices: Vertices::new(lines, is_poly)?,

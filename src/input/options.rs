@@ -196,6 +196,17 @@ impl fmt::Display for Returns {
     }
 }
 
+/// What to do with what has no z, where other points, lines or sites have.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum MissingZ {
+    /// It is an error, unless it lies where a point has z.
+    #[default]
+    Error,
+    /// It gets z = 0.
+    Zero,
+}
+
 /// How to read. An option that does not concern the format at hand has no effect.
 #[derive(Clone, Debug)]
 pub struct InputOptions {
@@ -211,6 +222,8 @@ pub struct InputOptions {
     pub returns: Returns,
     /// Count invalid records and pass over them, where otherwise the first one is an error.
     pub skip_invalid: bool,
+    /// What to do with points that have no z where others have.
+    pub missing_z: MissingZ,
 }
 
 impl Default for InputOptions {
@@ -222,6 +235,7 @@ impl Default for InputOptions {
             classes: Vec::new(),
             returns: Returns::All,
             skip_invalid: false,
+            missing_z: MissingZ::Error,
         }
     }
 }

@@ -21,17 +21,19 @@
 //! holes are anything. Source: <https://www.cs.cmu.edu/~quake/triangle.poly.html>. No count is believed: rows are
 //! counted, and none may be left over.
 
-use super::bytes::{ByteInput, open_file};
-use super::error::excerpt;
+use super::bytes::ByteInput;
 use super::lines::{Lines, number};
 use super::node::{Vertices, fields, whole_number};
 use super::sink::describe;
+use super::watch::{FileStamp, Reading, Watch, Watched, note};
 use super::{InputError, Place, SegmentBatch};
 use crate::geometry::Point;
+use crate::shown;
+use crate::shown::excerpt;
 use std::fmt;
-use std::fs::Metadata;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Segments in a full batch.
 const BATCH: u64 = 8192;
@@ -62,6 +64,8 @@ const BATCH: u64 = 8192;
 pub struct PolySource {
     path: PathBuf,
     lines: Lines,
+    watch: Arc<Watch>,
+    stamps: Vec<(PathBuf, FileStamp)>,
     /// The number of points, and the index of the first one.
     points: u64,
     base: u64,
@@ -96,7 +100,7 @@ pub(super) fn open_node_beside<T>(
     let node = node_beside(poly).ok_or_else(|| no_points(poly, "its name does not end in .poly".to_owned(), None))?;
     open(&node).map_err(|error| match error {
         InputError::Open { path, source } => {
-            no_points(poly, format!("{} cannot be opened", path.display()), Some(source))
+            no_points(poly, format!("{} cannot be opened", shown::path(&path)), Some(source))
         }
         other => other,
     })
@@ -114,9 +118,10 @@ pub(super) fn no_points(poly: &Path, reason: String, source: Option<io::Error>) 
 }
 
 /// The lines of a regular file.
-fn open_lines(path: &Path) -> Result<Lines, InputError> {
-    let (file, metadata) = open_file(path)?;
-    let Some(size) = metadata.as_ref().map(Metadata::len) else {
+fn open_lines(path: &Path, reading: &Reading) -> Result<(Lines, Arc<Watch>), InputError> {
+    let file = Watched::open(path, reading, None)?;
+    let watch = Arc::clone(&file.watch);
+    if watch.size().is_none() {
         return Err(InputError::Malformed {
             path: path.to_owned(),
             place: Place::File,
@@ -124,8 +129,9 @@ fn open_lines(path: &Path) -> Result<Lines, InputError> {
             hint: "a .poly file is read twice, for its points and for its segments",
             source: None,
         });
-    };
-    Lines::new(ByteInput::new(path.into(), Box::new(file), Some(size), true)?)
+    }
+    let lines = ByteInput::new(file, true).and_then(Lines::new);
+    Ok((lines.map_err(|error| watch.explain(error))?, watch))
 }
 
 impl PolySource {
@@ -135,10 +141,25 @@ impl PolySource {
     /// A file that does not exist, is no regular file, or is broken up to its segments; the same for a `.node` file beside it.
     /// Whether the points' coordinates are valid is not looked at.
     pub fn open(path: &Path) -> Result<Self, InputError> {
-        let mut vertices = Vertices::new(open_lines(path)?, true)?;
+        let (reading, mut stamps) = (Reading::default(), Vec::new());
+        let (lines, watch) = open_lines(path, &reading)?;
+        note(&mut stamps, &watch);
+        let begun = Self::begin(path, lines, watch.clone(), &reading, stamps);
+        begun.map_err(|error| watch.explain(error))
+    }
+
+    fn begin(
+        path: &Path,
+        lines: Lines,
+        watch: Arc<Watch>,
+        reading: &Reading,
+        mut stamps: Vec<(PathBuf, FileStamp)>,
+    ) -> Result<Self, InputError> {
+        let mut vertices = Vertices::new(lines, true)?;
         let (mut points, mut base) = (vertices.claimed, None);
         if points == 0 {
-            let lines = open_node_beside(path, open_lines)?;
+            let (lines, watch) = open_node_beside(path, |node| open_lines(node, reading))?;
+            note(&mut stamps, &watch);
             let mut beside = Vertices::new(lines, false)?;
             beside.next_row()?;
             (points, base) = (beside.claimed, beside.base());
@@ -150,10 +171,25 @@ impl PolySource {
         Ok(Self {
             path: path.to_owned(),
             lines,
+            watch,
+            stamps,
             points,
             base,
             segments,
         })
+    }
+
+    /// How far the reading is, and the way to stop it.
+    #[must_use]
+    pub fn reading(&self) -> &Reading {
+        &self.watch.reading
+    }
+
+    /// The file, and the `.node` file beside it if that has the points, as they were when they were
+    /// looked at.
+    #[must_use]
+    pub fn stamps(&self) -> &[(PathBuf, FileStamp)] {
+        &self.stamps
     }
 
     /// The number of points that the file (or the `.node` file beside it) claims.
@@ -181,7 +217,7 @@ impl PolySource {
             batch.clear();
             self.segments.claimed = self.segments.read;
         }
-        filled?;
+        filled.map_err(|error| self.watch.explain(error))?;
         batch.lines.extend(first..self.segments.read);
         Ok(!batch.is_empty())
     }
@@ -197,8 +233,16 @@ impl PolySource {
     /// The points inside holes: valid and normalized. Passes over the segments that are left, and reads the file to its end.
     ///
     /// # Errors
-    /// As for [`Self::next_batch`]; a hole that is no valid point; rows behind the last one.
+    /// As for [`Self::next_batch`]; a hole that is no valid point; rows behind the last one; a file
+    /// that has changed since it was opened.
     pub fn holes(mut self) -> Result<Vec<Point>, InputError> {
+        let watch = Arc::clone(&self.watch);
+        let holes = self.read_holes().map_err(|error| watch.explain(error))?;
+        watch.check()?;
+        Ok(holes)
+    }
+
+    fn read_holes(&mut self) -> Result<Vec<Point>, InputError> {
         while self.segments.next_row(&mut self.lines)? {
             self.segment()?;
         }

@@ -8,8 +8,8 @@
 //! however long.
 
 use super::InputError;
-use super::error::excerpt;
 use super::lines::Lines;
+use crate::shown::excerpt;
 use csv_core::{ReadRecordResult, Reader, ReaderBuilder, Terminator};
 
 /// The delimiter that stands for runs of spaces and tabs.
@@ -122,12 +122,14 @@ impl Rows {
 mod tests {
     use super::*;
     use crate::input::bytes::ByteInput;
+    use crate::input::watch::{Reading, Watched};
     use std::io::Cursor;
     use std::path::Path;
 
     fn rows(text: &str, delimiter: u8) -> Vec<Vec<String>> {
-        let read = Box::new(Cursor::new(text.as_bytes().to_vec()));
-        let input = ByteInput::new(Path::new("test").into(), read, None, false).unwrap();
+        let read = Cursor::new(text.as_bytes().to_vec());
+        let read = Watched::stream(read, Path::new("test"), &Reading::default());
+        let input = ByteInput::new(read, false).unwrap();
         let mut rows = Rows::new(Lines::new(input).unwrap(), delimiter);
         let mut all = Vec::new();
         while rows.next_row().unwrap() {

@@ -6,7 +6,7 @@
 //! or the lines of a scanner. No random numbers: the same inputs give the same sample.
 
 use super::InputError;
-use super::bytes::open_file;
+use super::watch::open_file;
 use crate::geometry::Point;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};

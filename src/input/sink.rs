@@ -3,7 +3,7 @@
 //! In: coordinates with their place in the file, or the news that a record is none. Out: a [`PointBatch`] and
 //! [`InputCounts`]. Being the one way in, it upholds what the batch promises: valid, normalized, z for all or none.
 
-use super::{InputError, Place, PointBatch};
+use super::{InputError, MissingZ, Place, PointBatch};
 use crate::geometry::Point;
 use std::path::Path;
 
@@ -37,6 +37,7 @@ pub(super) struct Sink<'a> {
     pub wants_z: bool,
     /// Points of the file that had no z and got 0.
     pub padded: &'a mut u64,
+    pub missing_z: MissingZ,
 }
 
 impl Sink<'_> {
@@ -58,6 +59,9 @@ impl Sink<'_> {
         if !point.is_valid() || z.is_some_and(|z| !z.is_finite()) {
             return self.invalid(place, || describe(x, y, z));
         }
+        if z.is_none() && self.lacks_z() {
+            return Err(self.no_z(place()));
+        }
         self.batch.points.push(point.normalized());
         self.batch.records.push(self.counts.records);
         if self.wants_z {
@@ -69,13 +73,17 @@ impl Sink<'_> {
         Ok(())
     }
 
-    /// Takes records that give coordinates, all of them or, if one is not valid, none (false). For readers whose records
-    /// cost next to nothing: with no branch for each record it takes less than half the time of [`Self::point`].
+    /// Takes records that give coordinates, all of them or, if one is not valid or lacks z, none
+    /// (false). For readers whose records cost next to nothing: with no branch for each record it
+    /// takes less than half the time of [`Self::point`].
     pub fn points(
         &mut self,
         points: impl ExactSizeIterator<Item = Point>,
         z: Option<impl Iterator<Item = f64>>,
     ) -> bool {
+        if z.is_none() && self.lacks_z() {
+            return false;
+        }
         let (before, z_before, n) = (self.batch.points.len(), self.batch.z.len(), points.len());
         let (mut valid, mut padded) = (true, 0);
         self.batch.points.extend(points.map(|point| {
@@ -104,6 +112,22 @@ impl Sink<'_> {
         self.counts.points += n as u64;
         *self.padded += padded;
         true
+    }
+
+    /// Whether a point without z is an error.
+    fn lacks_z(&self) -> bool {
+        self.wants_z && self.missing_z == MissingZ::Error
+    }
+
+    #[cold]
+    fn no_z(&self, place: Place) -> InputError {
+        InputError::Malformed {
+            path: self.path.to_owned(),
+            place,
+            problem: format!("record {} has no z, and other points have", self.counts.records),
+            hint: "give all points z, or allow that they get z = 0 (--missing-z zero)",
+            source: None,
+        }
     }
 
     /// Takes a record that is no valid point: an error, or counted.

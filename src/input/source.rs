@@ -4,29 +4,28 @@
 //! can be read only once (standard input, pipes), which wait opened. State while reading: one reader, and the inputs
 //! that are left. A failure ends the stream.
 
-use super::bytes::{ByteInput, Counted, open_file};
+use super::bytes::ByteInput;
 use super::files::name_of;
 use super::poly::{no_points, open_node_beside};
 use super::reader::Reader;
 use super::sample::{RandomAccess, sample};
 use super::sink::Sink;
+use super::watch::{FileStamp, Reading, Watch, Watched, note};
 use super::{Format, InputCounts, InputError, InputOptions, PointBatch};
 use crate::geometry::Point;
+use crate::shown;
 use std::collections::VecDeque;
 use std::fmt;
-use std::fs::Metadata;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{SystemTime, UNIX_EPOCH};
 
 /// An input and, if it is open, its reader.
 struct Input {
     path: Arc<Path>,
     format: Option<Format>,
-    size: Option<u64>,
-    modified: Option<SystemTime>,
+    /// What it was when it was looked at; `None` of streams.
+    stamp: Option<FileStamp>,
     /// The points that it claimed when it was looked at.
     expected: Option<u64>,
     opened: Option<Opened>,
@@ -34,8 +33,7 @@ struct Input {
 
 struct Opened {
     reader: Box<dyn Reader>,
-    /// The bytes taken from the file.
-    taken: Arc<AtomicU64>,
+    watch: Arc<Watch>,
     /// Points without z that got 0.
     padded: u64,
 }
@@ -72,6 +70,8 @@ pub struct PointSource {
     /// All inputs, if each one can be read in any order.
     files: Option<Vec<(Arc<Path>, RandomAccess)>>,
     identity: Option<String>,
+    stamps: Vec<(PathBuf, FileStamp)>,
+    reading: Reading,
     /// Bytes of the inputs that are done.
     done_bytes: u64,
     /// Name and records of each input that is done.
@@ -133,6 +133,8 @@ impl PointSource {
             total_bytes: Some(0),
             files: Some(Vec::new()),
             identity: Some(format!("{options:?}")),
+            stamps: Vec::new(),
+            reading: Reading::default(),
             done_bytes: 0,
             done: Vec::new(),
         })
@@ -143,27 +145,27 @@ impl PointSource {
             return Err(InputError::UnknownFormat { path: path.to_owned() });
         };
         let mut input = Input::new(path, Some(format));
-        let mut opened = input.open(&self.options)?;
+        let mut opened = input.open(&self.options, &self.reading)?;
         if opened.has_points_beside(format) {
             // From here on the file with the points stands for it, but a change of either is a change.
             self.add_identity(input.identity());
+            note(&mut self.stamps, &opened.watch);
             (input, opened) = open_node_beside(path, |node| {
                 let mut input = Input::new(node, Some(Format::Node));
-                let opened = input.open(&self.options)?;
+                let opened = input.open(&self.options, &self.reading)?;
                 Ok((input, opened))
             })?;
         }
-        let once = input.size.is_none();
+        let once = input.stamp.is_none();
         let keep = self.inputs.is_empty() || once;
         self.add(input, opened, keep);
         Ok(())
     }
 
     fn add_stream(&mut self, name: &str, stream: Box<dyn Read + Send>) -> Result<(), InputError> {
-        let taken = Arc::new(AtomicU64::new(0));
         let input = Input::new(Path::new(name), self.options.format);
-        let stream = Box::new(Counted::new(stream, taken.clone()));
-        let opened = input.start(stream, taken, &self.options)?;
+        let stream = Watched::stream(stream, &input.path, &self.reading);
+        let opened = input.start(stream, &self.options)?;
         if input.format.is_some_and(|format| opened.has_points_beside(format)) {
             return Err(no_points(&input.path, "a stream has none".to_owned(), None));
         }
@@ -173,7 +175,8 @@ impl PointSource {
 
     fn add(&mut self, mut input: Input, opened: Opened, keep: bool) {
         self.has_z |= opened.reader.has_z();
-        self.total_bytes = self.total_bytes.zip(input.size).map(|(sum, size)| sum + size);
+        self.total_bytes = self.total_bytes.zip(input.size()).map(|(sum, size)| sum + size);
+        note(&mut self.stamps, &opened.watch);
         self.take_crs(&*opened.reader);
         self.add_identity(input.identity());
         match (&mut self.files, opened.reader.random_access()) {
@@ -215,9 +218,10 @@ impl PointSource {
 
     fn fill(&mut self, batch: &mut PointBatch) -> Result<(), InputError> {
         while let Some(mut input) = self.inputs.pop_front() {
+            self.reading.check()?;
             let mut opened = match input.opened.take() {
                 Some(opened) => opened,
-                None => input.open(&self.options)?,
+                None => input.open(&self.options, &self.reading)?,
             };
             let mut sink = Sink {
                 batch,
@@ -226,18 +230,20 @@ impl PointSource {
                 skip_invalid: self.options.skip_invalid,
                 wants_z: self.has_z,
                 padded: &mut opened.padded,
+                missing_z: self.options.missing_z,
             };
             let full = opened.reader.fill(&mut sink);
-            let taken = opened.taken.load(Ordering::Relaxed);
+            let taken = opened.watch.taken();
             // A reader that seeks may take some bytes twice, and need not take all.
-            let taken_of_size = input.size.map_or(taken, |size| size.min(taken));
+            let taken_of_size = input.size().map_or(taken, |size| size.min(taken));
             self.counts.bytes_read = self.done_bytes + taken_of_size;
-            if full? {
+            if full.map_err(|error| opened.watch.explain(error))? {
                 input.opened = Some(opened);
                 self.inputs.push_front(input);
                 return Ok(());
             }
-            self.done_bytes += input.size.unwrap_or(taken);
+            opened.watch.check()?;
+            self.done_bytes += input.size().unwrap_or(taken);
             self.counts.bytes_read = self.done_bytes;
             self.take_crs(&*opened.reader);
             let before: u64 = self.done.iter().map(|(_, records)| records).sum();
@@ -246,7 +252,7 @@ impl PointSource {
             if opened.padded > 0 {
                 self.notes.push(format!(
                     "{}: {} points without z got z = 0",
-                    input.path.display(),
+                    shown::path(&input.path),
                     opened.padded
                 ));
             }
@@ -319,6 +325,18 @@ impl PointSource {
         self.identity.clone()
     }
 
+    /// How far the reading is, and the way to stop it.
+    #[must_use]
+    pub fn reading(&self) -> &Reading {
+        &self.reading
+    }
+
+    /// The regular files among the inputs, as they were when they were looked at.
+    #[must_use]
+    pub fn stamps(&self) -> &[(PathBuf, FileStamp)] {
+        &self.stamps
+    }
+
     /// Bytes taken from the inputs so far, for progress: of compressed files the compressed ones.
     #[must_use]
     pub fn bytes_read(&self) -> u64 {
@@ -362,8 +380,7 @@ impl Input {
         Self {
             path: path.into(),
             format,
-            size: None,
-            modified: None,
+            stamp: None,
             expected: None,
             opened: None,
         }
@@ -372,46 +389,42 @@ impl Input {
     /// What tells the file from others, and from itself before a change.
     fn identity(&self) -> Option<String> {
         let path = std::path::absolute(&self.path).ok()?;
-        let (sign, distance) = match self.modified?.duration_since(UNIX_EPOCH) {
-            Ok(after) => ("", after),
-            Err(before) => ("-", before.duration()),
-        };
+        let FileStamp { length, modified, .. } = self.stamp?;
         // Quoted, a path with line breaks in it cannot pass for two.
-        Some(format!("{path:?} {} {sign}{}", self.size?, distance.as_nanos()))
+        Some(format!("{path:?} {length} {modified}"))
     }
 
-    /// Opens the file and starts its reader.
-    fn open(&mut self, options: &InputOptions) -> Result<Opened, InputError> {
-        let (file, metadata) = open_file(&self.path)?;
-        let size = metadata.as_ref().map(Metadata::len);
-        self.size = size;
-        self.modified = metadata.and_then(|metadata| metadata.modified().ok());
-        let taken = Arc::new(AtomicU64::new(0));
-        if let (Some(Format::Las), Some(size)) = (self.format, size) {
-            let reader = las_reader(&self.path, Counted::new(file, taken.clone()), size, options)?;
-            return Ok(Opened {
+    /// Its length in bytes, if it is a regular file.
+    fn size(&self) -> Option<u64> {
+        self.stamp.map(|stamp| stamp.length)
+    }
+
+    /// Opens the file and starts its reader. If it was open before, it must not have changed since.
+    fn open(&mut self, options: &InputOptions, reading: &Reading) -> Result<Opened, InputError> {
+        let file = Watched::open(&self.path, reading, self.stamp)?;
+        let watch = Arc::clone(&file.watch);
+        self.stamp = watch.stamp();
+        let opened = match (self.format, watch.size()) {
+            (Some(Format::Las), Some(size)) => las_reader(&self.path, file, size, options).map(|reader| Opened {
                 reader,
-                taken,
+                watch: Arc::clone(&watch),
                 padded: 0,
-            });
-        }
-        self.start(Box::new(Counted::new(file, taken.clone())), taken, options)
+            }),
+            _ => self.start(file, options),
+        };
+        opened.map_err(|error| watch.explain(error))
     }
 
     /// Starts the reader of a stream.
-    fn start(
-        &self,
-        stream: Box<dyn Read + Send>,
-        taken: Arc<AtomicU64>,
-        options: &InputOptions,
-    ) -> Result<Opened, InputError> {
+    fn start(&self, stream: Watched<impl Read + Send + 'static>, options: &InputOptions) -> Result<Opened, InputError> {
+        let watch = Arc::clone(&stream.watch);
         // Of formats but raw numbers no file can begin as gzip does.
         let by_magic = self.format != Some(Format::F64);
-        let input = ByteInput::new(self.path.clone(), stream, self.size, by_magic)?;
+        let input = ByteInput::new(stream, by_magic)?;
         let format = self.format.unwrap_or_else(|| sniff(&input.head));
         Ok(Opened {
             reader: stream_reader(format, input, options)?,
-            taken,
+            watch,
             padded: 0,
         })
     }
@@ -449,7 +462,12 @@ fn stream_reader(format: Format, input: ByteInput, options: &InputOptions) -> Re
 use super::las::open as las_reader;
 
 #[cfg(not(feature = "las"))]
-fn las_reader(path: &Path, _: Counted<std::fs::File>, _: u64, _: &InputOptions) -> Result<Box<dyn Reader>, InputError> {
+fn las_reader(
+    path: &Path,
+    _: Watched<Arc<std::fs::File>>,
+    _: u64,
+    _: &InputOptions,
+) -> Result<Box<dyn Reader>, InputError> {
     Err(missing(path, Format::Las))
 }
 

@@ -14,12 +14,13 @@
 //! be either number.
 
 use super::bytes::ByteInput;
-use super::error::excerpt;
 use super::lines::{Lines, Sample, number};
 use super::reader::Reader;
 use super::rows::{BLANKS, Rows};
 use super::sink::Sink;
 use super::{Column, Columns, InputError, InputOptions, Place};
+use crate::shown;
+use crate::shown::excerpt;
 
 /// Names of a column with x, the better first.
 const X: &[&str] = &["x", "lon", "longitude", "lng", "long", "easting", "east", "e"];
@@ -81,7 +82,7 @@ impl Text {
             if options.columns.is_none() && fields.len() > chosen.count() {
                 notes.push(format!(
                     "{}: no header; columns 1 to {} of {} are read, choose others with --columns",
-                    path.display(),
+                    shown::path(&path),
                     chosen.count(),
                     fields.len()
                 ));

@@ -15,6 +15,7 @@ mod memory;
 mod object;
 mod output_file;
 mod pool;
+mod regular;
 mod start;
 mod threads;
 #[cfg(target_os = "linux")]
@@ -36,6 +37,7 @@ pub use object::ObjectFile;
 pub use output_file::{OutputFile, output_target};
 pub(crate) use output_file::{folder_of, is_named};
 pub(crate) use pool::blocking;
+pub use regular::open_regular;
 pub(crate) use start::start_scoped;
 pub use start::start_thread;
 pub use threads::ThreadsFile;

@@ -11,7 +11,7 @@ use bytes::Bytes;
 use futures::future::BoxFuture;
 
 use super::buffers::Buffers;
-use super::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, end_of, length_of, pool};
+use super::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, end_of, length_of, open_regular, pool};
 
 /// A file on disk. Clones share it.
 #[derive(Clone, Debug)]
@@ -27,11 +27,7 @@ impl ThreadsFile {
     /// # Errors
     /// What the system says, and [`io::ErrorKind::IsADirectory`].
     pub fn open(path: &Path) -> io::Result<Self> {
-        let file = File::open(path)?;
-        let metadata = file.metadata()?;
-        if metadata.is_dir() {
-            return Err(io::ErrorKind::IsADirectory.into());
-        }
+        let (file, metadata) = open_regular(path, File::options().read(true))?;
         Ok(Self {
             file: Arc::new(file),
             length: metadata.len(),

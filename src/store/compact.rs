@@ -11,6 +11,7 @@ use futures::stream::{self, StreamExt, TryStreamExt};
 
 use super::{Extent, ReadError, TileEntry, TileId, TileReader, TileWriter};
 use crate::io::{OutputFile, ThreadsFile};
+use crate::shown;
 
 /// Extents that are read at a time.
 const AHEAD: usize = 2;
@@ -23,7 +24,7 @@ pub enum CompactError {
     #[error(transparent)]
     Read(#[from] ReadError),
     /// The system refused.
-    #[error("{file}: cannot {what}", file = file.display())]
+    #[error("{file}: cannot {what}", file = shown::path(file))]
     Io {
         /// The file that was to be written.
         file: PathBuf,

@@ -12,6 +12,7 @@ use super::cache::TileKey;
 use super::superblock::{FIRST_EXTENT, InForce, Superblock};
 use super::{Cache, Directory, Extent, FileId, PinnedTile, Tile, TileEntry, TileId};
 use crate::io::{self as files, Backend, ReadAt};
+use crate::shown;
 
 /// Bytes of the cache that a reader makes for itself, if it may use eight times as much memory.
 const DEFAULT_CACHE: u64 = 64 << 20;
@@ -147,7 +148,7 @@ impl TileReader {
     /// If it cannot be read, is no tile file, its directory is damaged, or larger than the memory to be used.
     pub async fn open(path: impl AsRef<Path>, options: OpenOptions) -> Result<Self, ReadError> {
         let path = path.as_ref();
-        let name: Arc<str> = path.display().to_string().into();
+        let name: Arc<str> = shown::path(path).into();
         let backend = options.backend.map_or_else(Backend::from_environment, Ok);
         let file = backend.and_then(|backend| files::open(path, backend));
         let file = file.map_err(|error| ReadError::Io {
@@ -166,11 +167,11 @@ impl TileReader {
     #[cfg(feature = "object-store")]
     pub async fn open_url(url: &str, options: OpenOptions) -> Result<Self, ReadError> {
         let file = files::ObjectFile::open(url).await.map_err(|error| ReadError::Io {
-            file: url.into(),
+            file: shown::text(url).into(),
             what: "the file".to_owned(),
             source: Arc::new(error),
         })?;
-        Self::open_source(file, url, options).await
+        Self::open_source(file, &shown::text(url), options).await
     }
 
     /// Opens a file on any backend; `name` stands in errors.

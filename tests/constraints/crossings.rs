@@ -1,6 +1,6 @@
 //! Segments that cross: the report and the split are those of the set of segments.
 
-use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, Crossing, Crossings};
+use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, Crossing, Crossings, MissingZ};
 use delaunay_tiles::geometry::{Point, crossing_point};
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::store::{Digest, LineKind};
@@ -144,6 +144,7 @@ async fn heights(sets: &[LineSet<'_>], tile_vertices: usize) -> Vec<(Point, Opti
     let options = BuildOptions {
         tile_vertices,
         crossings: Crossings::Split,
+        missing_z: MissingZ::Zero,
         ..BuildOptions::default()
     };
     let mut builder = Builder::new(&scratch.path, options).unwrap();

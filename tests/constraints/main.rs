@@ -5,6 +5,7 @@
 mod support;
 
 mod crossings;
+mod missing_z;
 mod overlaps;
 mod stars;
 mod steiner;

@@ -1,7 +1,7 @@
 //! GeoJSON.
 
 use crate::{assert_says, data, drain, file, skipping, stream, with_format};
-use delaunay_tiles::input::{Format, InputOptions, PointSource};
+use delaunay_tiles::input::{Format, InputOptions, MissingZ, PointSource};
 
 fn read(text: &str) -> Result<crate::Read, delaunay_tiles::input::InputError> {
     stream(text, &with_format(Format::GeoJson))
@@ -64,7 +64,18 @@ fn a_collection_with_all_sorts_of_members() {
 #[test]
 fn elevations() {
     let text = r#"{"type":"LineString","coordinates":[[1,2,3],[4,5],[6,7,8,9]]}"#;
-    let read = file("a.json", text, &InputOptions::default()).unwrap();
+    assert_says(
+        file("a.json", text, &InputOptions::default()),
+        &[
+            "a.json: byte 44: record 1 has no z, and other points have",
+            "--missing-z zero",
+        ],
+    );
+    let zero = InputOptions {
+        missing_z: MissingZ::Zero,
+        ..InputOptions::default()
+    };
+    let read = file("a.json", text, &zero).unwrap();
     assert_eq!(read.z, [3.0, 0.0, 8.0]);
     let notes = read.source.notes();
     assert!(notes[0].ends_with("a.json: 1 lines give their 3 vertices"), "{notes:?}");

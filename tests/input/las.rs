@@ -208,3 +208,82 @@ fn claims_within_compressed_points() {
         &["a chunk of", "bytes are left of the file"],
     );
 }
+
+/// The crate `laz` panicked at the size of chunks that such files have, though they have none, and
+/// the panic was printed.
+#[test]
+fn a_file_of_the_old_compressor_without_chunks_is_read() {
+    let path = data("las/pointwise-1.2.laz");
+    let read = open(&path, &InputOptions::default()).unwrap();
+    assert_eq!(read.points.len(), 1065);
+    let header = std::fs::read(path).unwrap();
+    let number = |at: usize| f64::from_le_bytes(header[at..at + 8].try_into().unwrap());
+    let range = |values: &mut dyn Iterator<Item = f64>| {
+        values.fold([f64::NEG_INFINITY, f64::INFINITY], |[max, min], v| {
+            [max.max(v), min.min(v)]
+        })
+    };
+    let found = [
+        range(&mut read.points.iter().map(|p| p.0)),
+        range(&mut read.points.iter().map(|p| p.1)),
+        range(&mut read.z.iter().copied()),
+    ];
+    for (n, found) in found.as_flattened().iter().enumerate() {
+        assert!((found - number(179 + 8 * n)).abs() < 1e-6, "{n}: {found}");
+    }
+}
+
+#[test]
+fn a_panic_of_the_decoder_is_known_to_be_caught() {
+    let path = data("las/autzen.laz");
+    let whole = std::fs::read(&path).unwrap();
+    let start = u32::from_le_bytes(whole[96..100].try_into().unwrap()) as usize;
+    let before = std::panic::take_hook();
+    static UNCAUGHT: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
+    static CAUGHT: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
+    let here = std::thread::current().id();
+    std::panic::set_hook(Box::new(move |panic| {
+        if std::thread::current().id() != here {
+            return before(panic);
+        }
+        let count = if delaunay_tiles::input::panic_is_caught() {
+            &CAUGHT
+        } else {
+            &UNCAUGHT
+        };
+        count.fetch_add(1, std::sync::atomic::Ordering::SeqCst);
+    }));
+    let mut random = crate::hostile::Random(7);
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("damaged.laz");
+    for _ in 0..3000 {
+        let mut bytes = whole.clone();
+        for _ in 0..20 {
+            let at = start + 8 + random.below(whole.len() - start - 8);
+            bytes[at] = random.next() as u8;
+        }
+        std::fs::write(&path, bytes).unwrap();
+        drop(open(&path, &InputOptions::default()));
+        if CAUGHT.load(std::sync::atomic::Ordering::SeqCst) > 0 {
+            break;
+        }
+    }
+    assert!(!delaunay_tiles::input::panic_is_caught());
+    drop(std::panic::take_hook());
+    let counts = [&CAUGHT, &UNCAUGHT].map(|count| count.load(std::sync::atomic::Ordering::SeqCst));
+    assert_eq!(counts[1], 0);
+    println!("{} panics were caught", counts[0]);
+}
+
+#[test]
+fn a_scale_of_zero_is_an_error() {
+    let whole = std::fs::read(data("las/autzen.las")).unwrap();
+    for (axis, name) in ["x", "y", "z"].iter().enumerate() {
+        for zero in [0.0f64, -0.0] {
+            let mut bytes = whole.clone();
+            bytes[131 + 8 * axis..139 + 8 * axis].copy_from_slice(&zero.to_le_bytes());
+            let says = format!("the scale of {name} is 0");
+            assert_says(file("a.las", bytes, &InputOptions::default()), &["a.las", &says]);
+        }
+    }
+}

@@ -4,6 +4,7 @@
 mod places;
 
 mod ahead;
+mod changed;
 mod hostile;
 mod node;
 mod poly;

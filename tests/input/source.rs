@@ -1,7 +1,7 @@
 //! Several inputs as one set.
 
 use crate::{assert_says, drain, files};
-use delaunay_tiles::input::{Format, InputOptions, PointBatch, PointSource, Returns};
+use delaunay_tiles::input::{Format, InputOptions, MissingZ, PointBatch, PointSource, Returns};
 use std::path::{Path, PathBuf};
 
 fn doubles(numbers: &[f64]) -> Vec<u8> {
@@ -38,11 +38,19 @@ fn records_go_on_over_all_inputs() {
 #[test]
 fn z_is_known_at_open_and_for_all() {
     let raw = doubles(&[1.0, 2.0]);
-    let read = files(
-        &[("a.f64", &raw), ("b.node", b"1 3 0 0\n0 3 4 5\n")],
-        &InputOptions::default(),
-    )
-    .unwrap();
+    let both: [(&str, &[u8]); 2] = [("a.f64", &raw), ("b.node", b"1 3 0 0\n0 3 4 5\n")];
+    assert_says(
+        files(&both, &InputOptions::default()),
+        &[
+            "a.f64: byte 0: record 0 has no z, and other points have",
+            "--missing-z zero",
+        ],
+    );
+    let zero = InputOptions {
+        missing_z: MissingZ::Zero,
+        ..InputOptions::default()
+    };
+    let read = files(&both, &zero).unwrap();
     assert_eq!(read.z, [0.0, 5.0]);
     assert_eq!(read.source.notes().len(), 1);
     assert!(read.source.notes()[0].ends_with("a.f64: 1 points without z got z = 0"));

@@ -8,7 +8,9 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates, Phase};
+use delaunay_tiles::build::{
+    BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates, MissingZ, Phase,
+};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::mesh::EngineKind;
@@ -192,7 +194,11 @@ fn records_beyond_32_bits_and_z_survive_runs() {
         }
         runtime().block_on(async {
             let scratch = Scratch::new();
-            let summary = build_batches(&scratch.path, &input, options(LITTLE, 2)).await.unwrap();
+            let options = BuildOptions {
+                missing_z: MissingZ::Zero,
+                ..options(LITTLE, 2)
+            };
+            let summary = build_batches(&scratch.path, &input, options).await.unwrap();
             assert!(summary.blocks > 1);
             let reader = scratch.open().await;
             let expected = |batch: &PointBatch, i: usize| {

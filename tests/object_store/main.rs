@@ -10,7 +10,7 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::io::{ObjectFile, ReadAt};
 use delaunay_tiles::store::{Digest, OpenOptions, ReadError, TileId, TileReader};
-use server::{Fault, Server};
+use server::{Fault, Lie, Server};
 
 fn wait<T>(future: impl Future<Output = T>) -> T {
     let runtime = tokio::runtime::Builder::new_multi_thread().build().unwrap();
@@ -139,10 +139,29 @@ fn a_file_that_changed_is_told() {
     }
 }
 
+/// The body of an error was gathered in memory as long as it came, for 30 seconds.
+#[test]
+fn an_error_without_end_takes_no_memory_and_commands_no_terminal() {
+    let before = delaunay_tiles::build::peak_memory().unwrap_or(0);
+    fails(Fault::Lies(Lie::EndlessError, 0, usize::MAX), "xxxxxxxx");
+    fails(Fault::Lies(Lie::EndlessError, 3, usize::MAX), "xxxxxxxx");
+    let after = delaunay_tiles::build::peak_memory().unwrap_or(0);
+    assert!(after - before < 64 << 20, "{} bytes", after - before);
+    let server = Server::start(town(), Fault::Lies(Lie::Commands, 0, usize::MAX));
+    let error = whole(&digest(&server).unwrap_err());
+    assert!(
+        error.contains(r"\u{1b}]0;owned") && !error.contains('\u{1b}'),
+        "{error}"
+    );
+}
+
 #[test]
 fn servers_that_will_not_do_are_told() {
     fails(Fault::NoRanges, "does not answer by byte range");
     fails(Fault::Missing, "there is no such object");
+    for lie in [Lie::Loop, Lie::LongWay, Lie::Nowhere] {
+        fails(Fault::Lies(lie, 0, usize::MAX), "the request failed");
+    }
     fails(Fault::Fails(0, usize::MAX), "500");
     fails(Fault::Fails(4, usize::MAX), "500");
     fails(Fault::Shortens(0), "Requested");

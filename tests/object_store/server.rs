@@ -1,4 +1,5 @@
-//! A web server of one file, with faults.
+//! A web server of one file, with faults. The attack `web` of `tools/attacks` uses it too.
+#![allow(dead_code, reason = "each user uses its part")]
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::{TcpListener, TcpStream};
@@ -6,6 +7,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::thread;
+use std::time::Duration;
 
 /// What is wrong with the server.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +30,82 @@ pub enum Fault {
     Shortens(usize),
     /// There is no file.
     Missing,
+    /// It lies from this request on, so many times.
+    Lies(Lie, usize, usize),
+}
+
+/// What a server may say that is not so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lie {
+    /// The whole file, with status 200, though a range was asked for.
+    Whole,
+    /// Another range, and it says so.
+    OtherRange,
+    /// The bytes of another range, with the header of what was asked for.
+    OtherBytes,
+    /// The right bytes, with the header of another range.
+    OtherHeader,
+    /// Some bytes are not those of the file.
+    WrongBytes,
+    /// A body longer than it says.
+    TooLong,
+    /// A body half as long as it says; then the connection stays open and silent.
+    Silent,
+    /// A body that never ends.
+    Endless,
+    /// An error, whose text never ends.
+    EndlessError,
+    /// A header that never ends.
+    EndlessHeader,
+    /// One byte at a time, with long pauses.
+    Drip,
+    /// A file of another length.
+    OtherLength,
+    /// A file of 2^63 bytes.
+    HugeLength,
+    /// A new version for each request.
+    NewTag,
+    /// A redirection to itself.
+    Loop,
+    /// A redirection to the next one of very many.
+    LongWay,
+    /// A redirection to another server, which has another file.
+    Elsewhere,
+    /// A redirection to nothing.
+    Nowhere,
+    /// No HTTP at all.
+    Garbage,
+    /// An answer to nothing that was asked for, as a cache gives it.
+    NotModified,
+    /// An error with commands for a terminal.
+    Commands,
+}
+
+impl Lie {
+    /// All lies.
+    pub const ALL: [Self; 21] = [
+        Self::Whole,
+        Self::OtherRange,
+        Self::OtherBytes,
+        Self::OtherHeader,
+        Self::WrongBytes,
+        Self::TooLong,
+        Self::Silent,
+        Self::Endless,
+        Self::EndlessError,
+        Self::EndlessHeader,
+        Self::Drip,
+        Self::OtherLength,
+        Self::HugeLength,
+        Self::NewTag,
+        Self::Loop,
+        Self::LongWay,
+        Self::Elsewhere,
+        Self::Nowhere,
+        Self::Garbage,
+        Self::NotModified,
+        Self::Commands,
+    ];
 }
 
 /// A server on a port of its own, until the process ends.
@@ -39,16 +117,28 @@ pub struct Server {
 struct Shared {
     bytes: Vec<u8>,
     fault: Fault,
+    /// Where a redirection elsewhere leads.
+    elsewhere: String,
     /// Requests so far.
     requests: AtomicUsize,
 }
 
 impl Server {
     pub fn start(bytes: Vec<u8>, fault: Fault) -> Self {
+        Self::start_before(bytes, fault, String::new())
+    }
+
+    /// Starts one that redirects to this address where it leads elsewhere.
+    pub fn start_before(bytes: Vec<u8>, fault: Fault, elsewhere: String) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let url = format!("http://{}/maps/town.tiles", listener.local_addr().unwrap());
         let requests = AtomicUsize::new(0);
-        let shared = Arc::new(Shared { bytes, fault, requests });
+        let shared = Arc::new(Shared {
+            bytes,
+            fault,
+            elsewhere,
+            requests,
+        });
         let server = Self {
             url,
             shared: Arc::clone(&shared),
@@ -125,7 +215,12 @@ impl Shared {
             connection.write_all(body).ok()
         };
         let within = |(from, count): (usize, usize)| (from..from.saturating_add(count)).contains(&number);
-        if self.fault == Fault::Missing || request.path != "/maps/town.tiles" {
+        if let Fault::Lies(lie, from, count) = self.fault
+            && within((from, count))
+        {
+            return self.lie(lie, request, number, connection);
+        }
+        if self.fault == Fault::Missing || !request.path.starts_with("/maps/town.tiles") {
             return send("404 Not Found", "", b"", 0);
         }
         if let Fault::Fails(from, count) = self.fault
@@ -175,5 +270,118 @@ impl Shared {
             return None;
         }
         send("206 Partial Content", &headers, body, body.len())
+    }
+}
+
+impl Shared {
+    /// None if the connection ends with it.
+    fn lie(&self, lie: Lie, request: &Request, number: usize, mut connection: &TcpStream) -> Option<()> {
+        let whole = self.bytes.len();
+        let asked = request.range.clone().unwrap_or(0..whole);
+        let range = asked.start.min(whole)..asked.end.min(whole);
+        let length = range.len();
+        let other = match range.start {
+            0 => whole - length..whole,
+            _ => 0..length,
+        };
+        let mut send = |status: &str, headers: &str, body: &[u8]| {
+            let head = format!("HTTP/1.1 {status}\r\n{headers}\r\n");
+            connection.write_all(head.as_bytes()).ok()?;
+            if request.is_head {
+                return Some(());
+            }
+            connection.write_all(body).ok()
+        };
+        let partial = "206 Partial Content";
+        let headers = |tag: &str, range: &Range<usize>, length: usize, whole: u64| {
+            let (from, to) = (range.start, range.end.max(1) - 1);
+            format!("ETag: \"{tag}\"\r\nContent-Length: {length}\r\nContent-Range: bytes {from}-{to}/{whole}\r\n")
+        };
+        let truth = headers("one", &range, length, whole as u64);
+        let redirect = |to: &str| format!("Location: {to}\r\nContent-Length: 0\r\n");
+        let bytes = &self.bytes;
+        match lie {
+            Lie::Whole => send(
+                "200 OK",
+                &format!("ETag: \"one\"\r\nContent-Length: {whole}\r\n"),
+                bytes,
+            ),
+            Lie::OtherRange => send(
+                partial,
+                &headers("one", &other, length, whole as u64),
+                &bytes[other.clone()],
+            ),
+            Lie::OtherBytes => send(partial, &truth, &bytes[other]),
+            Lie::OtherHeader => send(partial, &headers("one", &other, length, whole as u64), &bytes[range]),
+            Lie::WrongBytes => {
+                let mut body = bytes[range].to_vec();
+                body.iter_mut()
+                    .step_by(97)
+                    .for_each(|byte| *byte = byte.wrapping_add(number as u8 | 1));
+                send(partial, &truth, &body)
+            }
+            Lie::TooLong => send(partial, &truth, &[&bytes[range], &bytes[other]].concat()).and(None),
+            Lie::Silent => {
+                send(partial, &truth, &bytes[range][..length / 2])?;
+                thread::sleep(Duration::from_secs(3));
+                None
+            }
+            Lie::Endless => {
+                let endless = format!(
+                    "ETag: \"one\"\r\nTransfer-Encoding: chunked\r\nContent-Range: bytes {}-{}/{whole}\r\n",
+                    range.start,
+                    range.end.max(1) - 1
+                );
+                send(partial, &endless, b"")?;
+                endless_chunks(connection)
+            }
+            Lie::EndlessError => {
+                send("403 Forbidden", "Transfer-Encoding: chunked\r\n", b"")?;
+                endless_chunks(connection)
+            }
+            Lie::EndlessHeader => loop {
+                connection.write_all(b"X-Much: more and more and more\r\n").ok()?;
+            },
+            Lie::Drip => {
+                send(partial, &truth, b"")?;
+                for byte in &bytes[range] {
+                    connection.write_all(&[*byte]).ok()?;
+                    thread::sleep(Duration::from_millis(100));
+                }
+                Some(())
+            }
+            Lie::OtherLength => send(
+                partial,
+                &headers("one", &range, length, whole as u64 + 4096),
+                &bytes[range],
+            ),
+            Lie::HugeLength => send(partial, &headers("one", &range, length, 1 << 63), &bytes[range]),
+            Lie::NewTag => send(
+                partial,
+                &headers(&number.to_string(), &range, length, whole as u64),
+                &bytes[range],
+            ),
+            Lie::Loop => send("302 Found", &redirect(&request.path), b""),
+            Lie::LongWay => send("307 Temporary Redirect", &redirect(&format!("{}x", request.path)), b""),
+            Lie::Elsewhere => send("301 Moved Permanently", &redirect(&self.elsewhere), b""),
+            Lie::Nowhere => send("302 Found", "Content-Length: 0\r\n", b""),
+            Lie::Garbage => send("\0\u{1b}[2J", "\r\n\r\n", &bytes[range]).and(None),
+            Lie::NotModified => send("304 Not Modified", "ETag: \"one\"\r\n", b""),
+            Lie::Commands => send(
+                "403 Forbidden",
+                "Content-Length: 24\r\n",
+                b"\x1b]0;owned\x07\x1b[2Jerror: \n",
+            ),
+        }
+    }
+}
+
+/// Chunks of bytes until the client has gone away.
+fn endless_chunks(mut connection: &TcpStream) -> Option<()> {
+    let mut chunk = b"10000\r\n".to_vec();
+    chunk.resize(chunk.len() + 0x10000, b'x');
+    chunk.extend(b"\r\n");
+    loop {
+        connection.write_all(&chunk).ok()?;
     }
 }

@@ -1,6 +1,6 @@
 //! Polygons of maps: islands, houses, lake shores, the map of a game.
 
-use delaunay_tiles::build::BuildOptions;
+use delaunay_tiles::build::{BuildOptions, MissingZ};
 
 use super::rings::{Polygon, area, polygons_of};
 use super::support::places::{data, shared};
@@ -117,7 +117,11 @@ fn lake_shores_as_break_lines() {
         segments: vec![lakes],
         ..Input::default()
     };
-    let built = input.build(&BuildOptions::default(), &WAYS[1..]).unwrap();
+    let options = BuildOptions {
+        missing_z: MissingZ::Zero,
+        ..BuildOptions::default()
+    };
+    let built = input.build(&options, &WAYS[1..]).unwrap();
     assert_eq!(built.holes(), Part::default());
     assert_eq!(built.summary.regions, 2);
     for (_, sources) in &built.edges {

@@ -32,12 +32,15 @@ use std::time::Instant;
 use tokio::runtime::Handle;
 use tokio::sync::oneshot;
 
+use super::MissingZ;
 use super::inverted::{self, Inverted};
-use super::segments::{NO_Z, SEGMENT_BYTES, Segment};
+use super::missing_z::NO_Z;
+use super::segments::{SEGMENT_BYTES, Segment};
 use super::vertex_index::VertexIndex;
 use crate::geometry::{MortonSquare, Point, Rect};
 use crate::input::SegmentBatch;
 use crate::io::start_thread;
+use crate::shown;
 use crate::store::{EdgeSource, LineKind, LineSource, ReadError, TileId, Vertex, hull_edges};
 use regions::{Joining, Labels, Parts};
 use strip::{Inserting, Piece};
@@ -53,7 +56,7 @@ pub enum EditError {
     #[error(transparent)]
     Read(ReadError),
     /// The system refused.
-    #[error("{file}: cannot {what} it", file = file.display())]
+    #[error("{file}: cannot {what} it", file = shown::path(file))]
     Io {
         /// The file.
         file: PathBuf,
@@ -63,7 +66,7 @@ pub enum EditError {
         source: Arc<io::Error>,
     },
     /// Somebody else edits it.
-    #[error("{file}: somebody else is changing it; try again later", file = .0.display())]
+    #[error("{file}: somebody else is changing it; try again later", file = shown::path(.0))]
     Busy(PathBuf),
     /// The end of a line lies outside the hull of the file's vertices.
     #[error("a line has an end at ({x}, {y}), outside the hull of the file's vertices; build it with the line from the start", x = place.x, y = place.y)]
@@ -82,6 +85,20 @@ pub enum EditError {
         vertices: u64,
         /// The most that it may have.
         most: u64,
+    },
+    /// Ends of lines have no z, and the file's vertices have.
+    #[error(
+        "an end at ({}, {}) has no z, and no vertex lies there; {count} ends would get z = 0, and the file has z; give z to \
+         all, or allow that they get z = 0 (--missing-z zero)",
+        point.x, point.y
+    )]
+    NoZ {
+        /// The number of the line of the first one, in the order of the lines.
+        line: u64,
+        /// That end.
+        point: Point,
+        /// How many vertices would have no z.
+        count: u64,
     },
     /// A line crosses a constraint.
     #[error(
@@ -127,7 +144,7 @@ pub enum EditError {
         allowed: u64,
     },
     /// The file has no triangles that lines could cross.
-    #[error("{file}: it has no triangles, since all its vertices lie on one line; build it with the lines", file = .0.display())]
+    #[error("{file}: it has no triangles, since all its vertices lie on one line; build it with the lines", file = shown::path(.0))]
     NoTriangles(PathBuf),
     /// It was cancelled.
     #[error("cancelled")]
@@ -187,6 +204,7 @@ pub struct Editor {
     segments: Vec<Segment>,
     /// z at their ends, as far as any have one.
     z: Vec<[f64; 2]>,
+    missing_z: MissingZ,
 }
 
 impl Editor {
@@ -209,7 +227,14 @@ impl Editor {
             lines: Vec::new(),
             segments: Vec::new(),
             z: Vec::new(),
+            missing_z: MissingZ::default(),
         })
+    }
+
+    /// Says what to do with ends of lines that become vertices and have no z, in a file whose
+    /// vertices have z.
+    pub fn missing_z(&mut self, missing_z: MissingZ) {
+        self.missing_z = missing_z;
     }
 
     /// The number that the first new line gets in the file.
@@ -260,7 +285,8 @@ impl Editor {
     /// Makes the lines constraints. The file is as before until the very end.
     ///
     /// # Errors
-    /// If an end lies outside the hull, a line crosses a constraint, a ring does not close, or the system refuses.
+    /// If an end lies outside the hull or lacks a z ([`missing_z`](Self::missing_z)), a line
+    /// crosses a constraint, a ring does not close, or the system refuses.
     pub async fn finish(self) -> Result<EditSummary, EditError> {
         let Self {
             target,
@@ -268,12 +294,14 @@ impl Editor {
             lines,
             segments,
             z,
+            missing_z,
             ..
         } = self;
         let work = Work {
             new_records: 2 * segments.len() as u64,
             segments,
             z,
+            missing_z,
             lines,
             may_be_inverted: false,
             is_draft: false,
@@ -289,6 +317,8 @@ pub(super) struct Work {
     pub(super) segments: Vec<Segment>,
     /// z at the ends of some, or [`NO_Z`].
     pub(super) z: Vec<[f64; 2]>,
+    /// What to do with those that have none and become vertices, if the file has z.
+    pub(super) missing_z: MissingZ,
     /// Lines that are new, to be entered in the directory.
     pub(super) lines: Vec<LineSource>,
     /// Record numbers for the ends of the segments, in order; 0 if their ends were vertices before.
@@ -299,6 +329,13 @@ pub(super) struct Work {
     pub(super) is_draft: bool,
     /// Threads that put tiles together, if the memory lets them.
     pub(super) threads: usize,
+}
+
+impl Work {
+    /// z at an end, by its number among all ends, or [`NO_Z`].
+    fn z_of(&self, end: u32) -> f64 {
+        self.z.get(end as usize / 2).map_or(NO_Z, |z| z[end as usize % 2])
+    }
 }
 
 /// Bytes of memory for each thread that puts tiles together, at least.
@@ -411,7 +448,7 @@ type End = (TileId, Point, u32);
 /// Finds the vertices at the ends of segments, and makes some where there are none. Returns all, in order, and how many are new.
 fn find_ends(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> Result<(Vec<Vertex>, u64), EditError> {
     let metadata = &tiles.directory().metadata;
-    let first_record = metadata.next_record;
+    let (first_record, metadata_has_z) = (metadata.next_record, metadata.has_z);
     let tree = tiles.directory().tree.clone();
     let no_vertex = |place: Point| EditError::Internal(format!("there is no vertex at ({}, {})", place.x, place.y));
     let mut ends: Vec<End> = Vec::with_capacity(2 * work.segments.len());
@@ -422,6 +459,8 @@ fn find_ends(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> R
     ends.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| a.1.lex_cmp(b.1)).then_with(|| a.2.cmp(&b.2)));
     let mut found: Vec<Option<Vertex>> = vec![None; ends.len()];
     let mut added = 0;
+    let needs_z = metadata_has_z && work.missing_z == MissingZ::Error;
+    let mut without_z: Vec<u32> = Vec::new();
     let mut groups = ends.chunk_by(|a, b| a.0 == b.0);
     while let Some(group) = groups.next() {
         if is_stopped() {
@@ -437,8 +476,17 @@ fn find_ends(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> R
         let mut numbers = numbers_in(&tile);
         let missing = group.iter().zip(&numbers).filter(|(_, number)| number.is_none());
         let mut missing: Vec<End> = missing.map(|(end, _)| *end).collect();
-        // Of several at one place the first says how high it lies.
-        missing.dedup_by(|a, b| a.1 == b.1);
+        // Of several at one place the first that has z says how high it lies.
+        missing.dedup_by(|next, kept| {
+            let equal = next.1 == kept.1;
+            if equal && work.z_of(kept.2).is_nan() && !work.z_of(next.2).is_nan() {
+                *kept = *next;
+            }
+            equal
+        });
+        if needs_z {
+            without_z.extend(missing.iter().map(|end| end.2).filter(|&end| work.z_of(end).is_nan()));
+        }
         if !missing.is_empty() {
             drop(tile);
             add_vertices(tiles, work, &missing, first_record)?;
@@ -450,19 +498,27 @@ fn find_ends(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> R
             found[end as usize] = Some(tile.vertex(number.ok_or_else(|| no_vertex(place))?));
         }
     }
+    if let Some(&first) = without_z.iter().min() {
+        let segment = &work.segments[first as usize / 2];
+        return Err(EditError::NoZ {
+            line: segment.source.number(),
+            point: segment.ends[first as usize % 2],
+            count: without_z.len() as u64,
+        });
+    }
     Ok((found.into_iter().flatten().collect(), added))
 }
 
 /// Makes vertices of ends in one tile, each at another place. The ends of all segments have the record numbers from
 /// `first_record` on, in order.
 fn add_vertices(tiles: &mut Tiles, work: &Work, ends: &[End], first_record: u64) -> Result<(), EditError> {
-    let z_of = |end: u32| {
-        let z = work.z.get(end as usize / 2).map_or(NO_Z, |z| z[end as usize % 2]);
+    let z_or_zero = |end: u32| {
+        let z = work.z_of(end);
         if z.is_nan() { 0.0 } else { z }
     };
     let new = ends.iter().map(|&(_, point, end)| NewVertex {
         point,
-        z: z_of(end),
+        z: z_or_zero(end),
         record: first_record.saturating_add(end.into()),
         line: work.segments[end as usize / 2].source.number(),
     });

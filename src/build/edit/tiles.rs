@@ -21,8 +21,9 @@ use tokio::task::JoinHandle;
 use super::EditError;
 use super::regions::{Labels, Parts};
 use super::tile::EditTile;
-use crate::io::{Buffers, ReadAt, ThreadsFile, output_target, start_thread};
+use crate::io::{Buffers, ReadAt, ThreadsFile, open_regular, output_target, start_thread};
 use crate::mesh::next_side;
+use crate::shown;
 use crate::store::{
     Across, BLOCK, Directory, EditCache, EditLease, EditPin, Extent, Failure, OpenOptions, ReadError, Tile, TileEntry,
     TileId, TileReader, TileWriter, Weight,
@@ -103,9 +104,9 @@ pub(in crate::build) struct Target {
 
 impl Target {
     pub(in crate::build) fn lock(path: &Path) -> Result<Self, EditError> {
-        // What is no file is not opened, since a pipe would wait for whoever writes to it.
-        let file = output_target(path).and_then(|target| File::options().read(true).write(true).open(target));
-        let file = file.map_err(|error| cannot(path, "open", error))?;
+        let target = output_target(path).map_err(|error| cannot(path, "open", error))?;
+        let file = open_regular(&target, File::options().read(true).write(true));
+        let (file, _) = file.map_err(|error| cannot(path, "open", error))?;
         match file.try_lock() {
             Ok(()) => Ok(Self {
                 path: path.to_owned(),
@@ -118,7 +119,7 @@ impl Target {
 
     /// The file as it is now.
     pub(super) async fn read(&self) -> Result<TileReader, ReadError> {
-        let name = self.path.display().to_string();
+        let name = shown::path(&self.path);
         TileReader::open_source(self.file.clone(), &name, OpenOptions::default()).await
     }
 }

@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! push          ─▶ ends, z, source ─────────────────────────────────┐
-//! push_between  ─▶ sources ─────────────────────────────────────────┤ spool     ─▶ ends_as_points
+//! push_between  ─▶ sources ─────────────────────────────────────────┤ spool     ─▶ ends
 //!               ─▶ join: parts, each of so many ends one by one     ├─▶ for_each_chunk
 //!                    (record, end), sorted ─┐                       │     distribute ─▶ blocks, by cells
 //! points        ─▶ resolve ─────────────────┴─▶ (end, place) ───────┘
@@ -31,7 +31,7 @@ use crate::store::EdgeSource;
 
 pub(super) use blocks::BlockSegments;
 pub(super) use cells::segments_of_leaves;
-pub(super) use spool::{NO_Z, SegmentSpool};
+pub(super) use spool::SegmentSpool;
 
 /// A line between two places, which will be a chain of edges.
 #[derive(Clone, Copy, Debug, PartialEq)]

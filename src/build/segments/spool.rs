@@ -8,12 +8,10 @@ use super::codec::{Numbers, SegmentChunk, encode_numbers, encode_segments};
 use super::join::Join;
 use super::{BlockSegments, CHUNK_SEGMENTS, Segment};
 use crate::build::BuildError;
+use crate::build::missing_z::NO_Z;
 use crate::geometry::Point;
 use crate::input::PointBatch;
 use crate::store::{EdgeSource, KdTree, LineKind};
-
-/// What stands for the z of an end that has none: those that come are finite.
-pub(in crate::build) const NO_Z: f64 = f64::NAN;
 
 /// Segments, first those by their ends and then those between points, each in the order in which they came.
 ///
@@ -130,7 +128,7 @@ impl SegmentSpool {
             }
         }
         for (z, segment) in z.iter().zip(self.len()..) {
-            if let Some(&z) = z.iter().find(|z| !z.is_finite()) {
+            if let Some(&z) = z.iter().find(|z| z.is_infinite()) {
                 return Err(BuildError::InvalidEndZ { segment, z });
             }
         }
@@ -222,22 +220,6 @@ impl SegmentSpool {
         resolved.map_err(|error| self.cannot_spill(error))
     }
 
-    /// The ends of segments that came by them, two for each, as points with ascending record numbers from this one on. Where
-    /// some have z, the others have 0.
-    pub(in crate::build) fn ends_as_points(
-        &self,
-        first_record: u64,
-    ) -> impl Iterator<Item = Result<PointBatch, BuildError>> + Send {
-        let batches = self.ends(first_record);
-        batches.map(|batch| {
-            let mut batch = batch?;
-            for z in batch.z.iter_mut().filter(|z| z.is_nan()) {
-                *z = 0.0;
-            }
-            Ok(batch)
-        })
-    }
-
     /// z at the ends of those that [`for_each_chunk`](Self::for_each_chunk) gives first, in its order, [`NO_Z`] where there is
     /// none; all others have none.
     pub(in crate::build) fn z_of_ends(&self) -> Result<Vec<[f64; 2]>, BuildError> {
@@ -251,8 +233,12 @@ impl SegmentSpool {
         Ok(all)
     }
 
-    /// The ends of segments that came by them, with z or [`NO_Z`].
-    fn ends(&self, first_record: u64) -> impl Iterator<Item = Result<PointBatch, BuildError>> + Send {
+    /// The ends of segments that came by them, two for each, as points with ascending record
+    /// numbers from this one on, with z or [`NO_Z`].
+    pub(in crate::build) fn ends(
+        &self,
+        first_record: u64,
+    ) -> impl Iterator<Item = Result<PointBatch, BuildError>> + Send {
         let mut record = first_record;
         let mut bytes = Vec::new();
         let chunks = self.by_ends.iter().map(Some).chain([None]);

@@ -24,6 +24,7 @@ use crate::input::PointBatch;
 use crate::store::KdTree;
 
 use super::divide::divide;
+use super::missing_z::NO_Z;
 use super::point_store::{Item, PointStore};
 use run::RunWriter;
 
@@ -90,7 +91,7 @@ impl Spill {
         self.cells.clear();
         self.index.cells_of(&batch.points, &mut self.cells);
         for (place, (&cell, &point)) in self.cells.iter().zip(&batch.points).enumerate() {
-            let z = self.has_z.then(|| batch.z.get(place).copied().unwrap_or(0.0));
+            let z = self.has_z.then(|| batch.z.get(place).copied().unwrap_or(NO_Z));
             self.runs[cell as usize].push(point.normalized(), z, batch.records[place])?;
         }
         Ok(())

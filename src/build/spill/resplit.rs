@@ -11,6 +11,7 @@ use super::{SAMPLE, Spill, Spilled};
 use crate::build::BuildError;
 use crate::build::options::{DuplicateRule, Duplicates, Progress};
 use crate::geometry::Point;
+use crate::shown;
 use crate::store::{KdNode, KdTree, TileId};
 
 /// How large things may be.
@@ -329,7 +330,7 @@ pub(in crate::build) fn read_points(run: &Run, folder: &Path, take: &mut dyn FnM
 
 /// What is wrong with a run, as an error of reading it.
 pub(in crate::build) fn damaged(path: &Path, problem: &str) -> io::Error {
-    let message = format!("{}: {problem}: the work is damaged, start again", path.display());
+    let message = format!("{}: {problem}: the work is damaged, start again", shown::path(path));
     io::Error::new(io::ErrorKind::InvalidData, message)
 }
 

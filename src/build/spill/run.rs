@@ -17,6 +17,7 @@ use std::io;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
+use crate::build::missing_z::NO_Z;
 use crate::geometry::Point;
 
 /// Bytes of a chunk's header.
@@ -181,7 +182,7 @@ pub(in crate::build) fn decode_chunk(chunk: &[u8], mut take: impl FnMut(Record))
         record = record.wrapping_add(unzigzag(step) as u64);
         take(Record {
             point: Point::new(f64::from_le_bytes(numbers[0]), f64::from_le_bytes(numbers[1])),
-            z: z.get(index).map_or(0.0, |&z| f64::from_le_bytes(z)),
+            z: z.get(index).map_or(NO_Z, |&z| f64::from_le_bytes(z)),
             record,
         });
     }

@@ -30,7 +30,9 @@ use super::bytes::ByteInput;
 use super::files::{Files, name_of};
 #[cfg(not(all(feature = "text", feature = "geojson")))]
 use super::source::missing;
+use super::watch::{FileStamp, Reading};
 use crate::geometry::Point;
+use crate::shown;
 use sink::{OddEnds, Sink};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -40,7 +42,8 @@ use std::path::{Path, PathBuf};
 pub struct SegmentBatch {
     /// Segments by their ends: valid and normalized points.
     pub ends: Vec<[Point; 2]>,
-    /// The elevations of these ends: finite. Empty if the source has none ([`SegmentSource::has_z`]), else as long as `ends`.
+    /// The elevations of these ends: finite, or NaN where an end has none. Empty if the source has
+    /// none ([`SegmentSource::has_z`]), else as long as `ends`.
     pub z: Vec<[f64; 2]>,
     /// Segments by the record numbers of two points.
     pub records: Vec<[u64; 2]>,
@@ -90,7 +93,7 @@ impl SegmentBatch {
 /// outside, is not looked at.
 ///
 /// **z** is kept from GeoJSON. The first position of each file tells whether it has z. If any file has, ends without z
-/// get 0; if none has, z that comes later is left out. Notes tell of both.
+/// have NaN; if none has, z that comes later is left out. Notes tell of both.
 ///
 /// ```
 /// use delaunay_tiles::input::{SegmentBatch, SegmentSource};
@@ -160,7 +163,7 @@ pub struct LineOrigin<'a> {
 impl fmt::Display for LineOrigin<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { path, what, number } = self;
-        write!(f, "{}: {what} {number} (counted from 0)", path.display())
+        write!(f, "{}: {what} {number} (counted from 0)", shown::path(path))
     }
 }
 
@@ -262,6 +265,18 @@ impl SegmentSource {
         self.files.bytes_read()
     }
 
+    /// How far the reading is, and the way to stop it.
+    #[must_use]
+    pub fn reading(&self) -> &Reading {
+        self.files.reading()
+    }
+
+    /// The regular files among the inputs, as they were when they were looked at.
+    #[must_use]
+    pub fn stamps(&self) -> &[(PathBuf, FileStamp)] {
+        self.files.stamps()
+    }
+
     /// What a person should know about the files that are done, such as which rings were closed.
     #[must_use]
     pub fn notes(&self) -> &[String] {
@@ -302,21 +317,25 @@ impl SegmentSource {
             if self.begun.len() == self.done.len() {
                 self.begun.push((path.to_owned(), self.done_lines));
             }
-            let more = reader.fill(&mut Sink {
+            let filled = reader.fill(&mut Sink {
                 batch,
                 path,
                 wants_z: self.has_z,
                 first_segment: self.segments,
                 first_line: self.done_lines,
                 odd: &mut self.odd,
-            })?;
+            });
+            let more = match filled {
+                Ok(more) => more,
+                Err(error) => return Err(self.files.explain(error)),
+            };
             self.lines = self.done_lines + reader.lines();
             if !more {
                 self.done.push((name_of(path), reader.lines()));
                 self.done_lines = self.lines;
                 self.notes.extend(reader.notes());
                 self.notes.extend(std::mem::take(&mut self.odd).notes(path));
-                self.files.next_file();
+                self.files.next_file()?;
             }
             if let Some(last) = batch.lines.last() {
                 self.lines = self.lines.max(last + 1);

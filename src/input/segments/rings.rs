@@ -14,6 +14,7 @@ use crate::input::InputError;
 use crate::input::bytes::ByteInput;
 use crate::input::geojson::{Event, Features, Kind};
 use crate::input::spot::Spot;
+use crate::shown;
 use std::cmp::Ordering;
 
 pub(super) struct Rings {
@@ -44,7 +45,7 @@ fn is_polygon(kind: Kind) -> bool {
 
 impl Rings {
     pub fn new(input: ByteInput) -> Result<Self, InputError> {
-        let name = input.path.display().to_string();
+        let name = shown::path(&input.path);
         Ok(Self {
             features: Features::new(input, None, is_polygon)?,
             ring: Vec::new(),

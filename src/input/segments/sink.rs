@@ -3,6 +3,7 @@
 use super::SegmentBatch;
 use crate::input::spot::Spot;
 use crate::input::{InputError, Place};
+use crate::shown;
 use std::path::Path;
 
 /// Segments in a full batch.
@@ -24,7 +25,7 @@ pub(super) struct Sink<'a> {
 /// Ends whose z is not as the others'.
 #[derive(Default)]
 pub(super) struct OddEnds {
-    /// Those that had none and got 0.
+    /// Those that had none.
     pub padded: u64,
     /// Those whose z was left out.
     pub cut: u64,
@@ -33,8 +34,8 @@ pub(super) struct OddEnds {
 impl OddEnds {
     /// What a person should know of them.
     pub fn notes(&self, path: &Path) -> Vec<String> {
-        let path = path.display();
-        let padded = (self.padded > 0).then(|| format!("{path}: {} ends without z got z = 0", self.padded));
+        let path = shown::path(path);
+        let padded = (self.padded > 0).then(|| format!("{path}: {} ends have no z, and others have", self.padded));
         let cut = (self.cut > 0).then(|| {
             let cut = self.cut;
             format!("{path}: the z of {cut} ends is not kept, since the first position of no file has one")
@@ -63,7 +64,7 @@ impl Sink<'_> {
             self.odd.cut += u64::from(!self.wants_z && end.z.is_some());
         }
         if self.wants_z {
-            self.batch.z.push(ends.map(|end| end.z.unwrap_or(0.0)));
+            self.batch.z.push(ends.map(|end| end.z.unwrap_or(f64::NAN)));
         }
     }
 

@@ -6,6 +6,7 @@ use crate::input::bytes::ByteInput;
 use crate::input::geojson::{Event, Features, Kind};
 use crate::input::spot::Spot;
 use crate::input::{InputError, Place};
+use crate::shown;
 
 pub(super) struct Points {
     features: Features,
@@ -36,7 +37,7 @@ fn is_point(kind: Kind) -> bool {
 
 impl Points {
     pub fn new(input: ByteInput, id_field: Option<&str>) -> Result<Self, InputError> {
-        let name = input.path.display().to_string();
+        let name = shown::path(&input.path);
         Ok(Self {
             features: Features::new(input, id_field, is_point)?,
             id_field: id_field.map(Into::into),

@@ -16,8 +16,9 @@ pub use id::SiteId;
 
 use super::bytes::ByteInput;
 use super::files::{Files, name_of};
-use super::{Format, InputError};
+use super::{FileStamp, Format, InputError, Reading};
 use crate::geometry::Point;
+use crate::shown;
 use sink::Sink;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -27,7 +28,8 @@ use std::path::{Path, PathBuf};
 pub struct SiteBatch {
     /// The places: valid and normalized points.
     pub points: Vec<Point>,
-    /// Their elevations: finite. Empty if the source has none ([`SiteSource::has_z`]), else as long as `points`.
+    /// Their elevations: finite, or NaN where a site has none. Empty if the source has none
+    /// ([`SiteSource::has_z`]), else as long as `points`.
     pub z: Vec<f64>,
     /// Their ids; as long as `points`.
     pub ids: Vec<SiteId>,
@@ -71,8 +73,8 @@ impl SiteBatch {
 /// header's third field is empty); else, and in GeoJSON, the number of the site from 0 over all files. A record without the id
 /// that is due is an error. That ids differ is not checked.
 ///
-/// **z** is known at open, by the header or the first position of each file. If any file has z, sites without one get 0;
-/// if none has, z that comes later is left out.
+/// **z** is known at open, by the header or the first position of each file. If any file has z,
+/// sites without one have NaN; if none has, z that comes later is left out.
 ///
 /// ```
 /// use delaunay_tiles::input::{SiteBatch, SiteId, SiteSource};
@@ -164,6 +166,18 @@ impl SiteSource {
         self.files.bytes_read()
     }
 
+    /// How far the reading is, and the way to stop it.
+    #[must_use]
+    pub fn reading(&self) -> &Reading {
+        self.files.reading()
+    }
+
+    /// The regular files among the inputs, as they were when they were looked at.
+    #[must_use]
+    pub fn stamps(&self) -> &[(PathBuf, FileStamp)] {
+        self.files.stamps()
+    }
+
     /// What a person should know about the files that are done.
     #[must_use]
     pub fn notes(&self) -> &[String] {
@@ -187,13 +201,17 @@ impl SiteSource {
 
     fn fill(&mut self, batch: &mut SiteBatch) -> Result<(), InputError> {
         while let Some((path, reader)) = self.files.current()? {
-            let more = reader.fill(&mut Sink {
+            let filled = reader.fill(&mut Sink {
                 batch,
                 path,
                 wants_z: self.has_z,
                 first: self.sites,
                 padded: &mut self.padded,
-            })?;
+            });
+            let more = match filled {
+                Ok(more) => more,
+                Err(error) => return Err(self.files.explain(error)),
+            };
             self.sites += batch.len() as u64;
             if !more {
                 self.done.push((name_of(path), self.sites - self.done_sites));
@@ -201,10 +219,11 @@ impl SiteSource {
                 self.notes.extend(reader.notes());
                 let padded = std::mem::take(&mut self.padded);
                 if padded > 0 {
-                    let path = path.display();
-                    self.notes.push(format!("{path}: {padded} sites without z got z = 0"));
+                    let path = shown::path(path);
+                    self.notes
+                        .push(format!("{path}: {padded} sites have no z, and others have"));
                 }
-                self.files.next_file();
+                self.files.next_file()?;
             }
             if !batch.is_empty() {
                 return Ok(());

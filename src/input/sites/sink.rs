@@ -16,7 +16,7 @@ pub(super) struct Sink<'a> {
     pub wants_z: bool,
     /// Sites before this batch.
     pub first: u64,
-    /// Sites that had no z and got 0.
+    /// Sites that had no z.
     pub padded: &'a mut u64,
 }
 
@@ -33,7 +33,7 @@ impl Sink<'_> {
         self.batch.points.push(spot.point);
         if self.wants_z {
             *self.padded += u64::from(spot.z.is_none());
-            self.batch.z.push(spot.z.unwrap_or(0.0));
+            self.batch.z.push(spot.z.unwrap_or(f64::NAN));
         }
     }
 

@@ -5,12 +5,14 @@
 //! a mixture of two. What is read at once and lies close together is one request. Requests run on a thread of their own: the
 //! connections of a client live in the runtime that they were made in.
 
+mod guard;
 mod place;
 
 use std::fmt;
 use std::io;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
+use std::time::Duration;
 
 use bytes::Bytes;
 use futures::StreamExt;
@@ -22,11 +24,16 @@ use object_store::{
 use tokio::runtime::{Builder, Handle};
 
 use super::{ReadAt, length_of, start_thread};
+use crate::shown;
 
 /// Bytes that are asked for when a file is opened: its superblocks.
 const BEGINNING: u64 = 8192;
 /// What the addresses of FlatBuffers in memory are multiples of, as their offsets are.
 const ALIGNMENT: usize = 8;
+/// How long a request may take.
+const PATIENCE: Duration = Duration::from_secs(30);
+/// Characters of what a server says that a message has.
+const LONGEST_ANSWER: usize = 400;
 /// Bytes that are made room for before any have come.
 const TRUSTED: usize = 1 << 20;
 
@@ -62,8 +69,18 @@ impl ObjectFile {
     /// # Errors
     /// If the address is none of these, or what the server says.
     pub async fn open(url: &str) -> io::Result<Self> {
-        let (store, path) = place::find(url)?;
-        Self::open_named(store, path, url.to_owned()).await
+        Self::open_within(url, PATIENCE).await
+    }
+
+    /// The same, with the time that a request may take, from its start to the last byte of its
+    /// answer; [`open`](Self::open) has 30 seconds. Within as much again a request that failed is
+    /// made anew, at most three times.
+    ///
+    /// # Errors
+    /// As for [`open`](Self::open).
+    pub async fn open_within(url: &str, timeout: Duration) -> io::Result<Self> {
+        let (store, path) = place::find(url, timeout)?;
+        Self::open_named(store, path, shown::text(url).into_owned()).await
     }
 
     /// Opens an object of any store.
@@ -260,7 +277,10 @@ fn explained(name: &str, error: Error) -> io::Error {
         }
         _ => (io::ErrorKind::Other, "the request failed"),
     };
-    io::Error::new(kind, format!("{name}: {what}: {}", whole(&error)))
+    io::Error::new(
+        kind,
+        format!("{name}: {what}: {}", shown::beginning(&whole(&error), LONGEST_ANSWER)),
+    )
 }
 
 /// An error and what is behind it, each said once.

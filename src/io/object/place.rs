@@ -9,13 +9,14 @@ use object_store::http::HttpBuilder;
 use object_store::path::Path;
 use object_store::{BackoffConfig, ClientOptions, ObjectStore, RetryConfig};
 
+use super::guard::Guard;
+
 /// How often a request that failed is made again, if the server is to blame.
 const RETRIES: usize = 3;
-/// For how long at most.
-const RETRY_TIMEOUT: Duration = Duration::from_secs(30);
 
-/// The store that an address names, and where in it.
-pub(super) fn find(url: &str) -> io::Result<(Arc<dyn ObjectStore>, Path)> {
+/// The store that an address names, and where in it. A request that takes longer than this is given
+/// up, and not made again.
+pub(super) fn find(url: &str, timeout: Duration) -> io::Result<(Arc<dyn ObjectStore>, Path)> {
     let invalid = |reason: String| io::Error::new(io::ErrorKind::InvalidInput, format!("{url}: {reason}"));
     let Some((scheme, rest)) = url.split_once("://") else {
         return Err(invalid("this is no address".to_owned()));
@@ -32,17 +33,23 @@ pub(super) fn find(url: &str) -> io::Result<(Arc<dyn ObjectStore>, Path)> {
             base: 2.0,
         },
         max_retries: RETRIES,
-        retry_timeout: RETRY_TIMEOUT,
+        retry_timeout: timeout,
     };
+    // A server that is asked by https must not lead to one that is not.
+    let client = ClientOptions::new()
+        .with_allow_http(scheme == "http")
+        .with_timeout(timeout);
     let built: object_store::Result<Arc<dyn ObjectStore>> = match scheme {
         "http" | "https" => HttpBuilder::new()
             .with_url(format!("{scheme}://{host}"))
-            .with_client_options(ClientOptions::new().with_allow_http(true))
+            .with_client_options(client)
+            .with_http_connector(Guard)
             .with_retry(retry)
             .build()
             .map(|store| Arc::new(store) as Arc<dyn ObjectStore>),
         "s3" => AmazonS3Builder::from_env()
             .with_bucket_name(host)
+            .with_http_connector(Guard)
             .with_retry(retry)
             .build()
             .map(|store| Arc::new(store) as Arc<dyn ObjectStore>),
@@ -55,6 +62,8 @@ pub(super) fn find(url: &str) -> io::Result<(Arc<dyn ObjectStore>, Path)> {
 mod tests {
     use super::*;
 
+    const SOON: Duration = Duration::from_secs(1);
+
     #[test]
     fn addresses_name_a_store_and_a_path() {
         for (url, path) in [
@@ -62,7 +71,7 @@ mod tests {
             ("https://example.org/town.tiles", "town.tiles"),
             ("s3://maps/of/town.tiles", "of/town.tiles"),
         ] {
-            assert_eq!(find(url).unwrap().1.as_ref(), path);
+            assert_eq!(find(url, SOON).unwrap().1.as_ref(), path);
         }
         for (url, part) in [
             ("town.tiles", "no address"),
@@ -70,7 +79,7 @@ mod tests {
             ("http://example.org/town.tiles?key=1", "?"),
             ("http://example.org/a//b", "empty"),
         ] {
-            let error = find(url).unwrap_err().to_string();
+            let error = find(url, SOON).unwrap_err().to_string();
             assert!(error.contains(url) && error.contains(part), "{error}");
         }
     }

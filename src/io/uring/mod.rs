@@ -20,7 +20,7 @@ use futures::future::{BoxFuture, FutureExt, ready};
 use rustix::fs::{AtFlags, OFlags, StatxFlags, fcntl_getfl, fcntl_setfl, statx};
 use tokio::sync::oneshot;
 
-use super::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, length_of};
+use super::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, length_of, open_regular};
 use pages::{ALIGNMENT, PagePool};
 pub(super) use ring::Ring;
 use ring::{Operation, gone};
@@ -60,10 +60,7 @@ impl UringFile {
 
     /// Opens a file to read it through this ring.
     pub(super) fn open_on(ring: Arc<Ring>, path: &Path) -> io::Result<Self> {
-        let file = File::open(path)?;
-        if file.metadata()?.is_dir() {
-            return Err(io::ErrorKind::IsADirectory.into());
-        }
+        let (file, _) = open_regular(path, File::options().read(true))?;
         // A file system that says it can may still refuse; then we do without.
         let is_direct = can_be_direct(&file)
             && fcntl_getfl(&file).is_ok_and(|flags| fcntl_setfl(&file, flags | OFlags::DIRECT).is_ok());

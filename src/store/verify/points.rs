@@ -67,7 +67,8 @@ impl TileReader {
                     end = Some(Err(missing(record, point)));
                     break;
                 };
-                let z = batch.z.get(i).copied().unwrap_or(0.0);
+                // Without z it is 0, if the file has z.
+                let z = batch.z.get(i).copied().filter(|z| !z.is_nan()).unwrap_or(0.0);
                 points += 1;
                 sought.push(Sought {
                     tile: tile.0,

@@ -13,6 +13,7 @@ mod power;
 mod pslg;
 mod refusals;
 mod stars;
+mod web;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -54,6 +55,8 @@ enum Attack {
     Power,
     /// Stars of lines that share a vertex, put off or added later.
     Stars,
+    /// A web server that lies.
+    Web,
 }
 
 impl Attack {
@@ -65,6 +68,7 @@ impl Attack {
             Self::Refusals => refusals::round,
             Self::Power => power::round,
             Self::Stars => stars::round,
+            Self::Web => web::round,
         }
     }
 }

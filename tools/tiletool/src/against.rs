@@ -13,6 +13,7 @@ use delaunay_tiles::store::{EdgeSource, LineBatch, LineSource, Metadata, TileRea
 
 use crate::common;
 use crate::lines::{LineArgs, Lines};
+use crate::unchanged::Unchanged;
 
 /// Segments in a batch.
 const BATCH: usize = 8192;
@@ -33,6 +34,8 @@ pub struct Against<'a> {
     pub memory: u64,
     /// Bytes for segments that are to be split.
     pub split_memory: u64,
+    /// All these files, which are read several times.
+    pub files: Unchanged,
 }
 
 /// How much was compared; nothing if there are neither lines nor sites.
@@ -98,6 +101,20 @@ impl Against<'_> {
         Ok(())
     }
 
+    /// Opens the files of lines and sites, which must be what they were before.
+    fn open_lines(&self) -> anyhow::Result<Lines> {
+        let lines = self.lines.open_as_added(self.inputs, &self.added)?;
+        self.files.check(lines.stamps())?;
+        Ok(lines)
+    }
+
+    /// The same with the files of points.
+    fn open_points(&self) -> anyhow::Result<PointSource> {
+        let points = PointSource::open(self.inputs, &self.options)?;
+        self.files.check(points.stamps())?;
+        Ok(points)
+    }
+
     /// All segments, in order.
     fn segments(&self) -> anyhow::Result<Segments<'_>> {
         let has_pairs = self.lines.has_pairs(self.inputs);
@@ -107,7 +124,7 @@ impl Against<'_> {
         let room = if has_pairs { self.memory / SEGMENT_BYTES } else { 0 };
         Ok(Segments {
             against: self,
-            lines: self.lines.open_as_added(self.inputs, &self.added)?,
+            lines: self.open_lines()?,
             last_edit: u32::MAX,
             read: SegmentBatch::default(),
             ready: LineBatch::default(),
@@ -158,8 +175,8 @@ impl Against<'_> {
     /// All that lies at vertices, crossing points if lines were split.
     fn places<'b>(&self, split: Option<&'b SplitLines>) -> anyhow::Result<Places<'b>> {
         Ok(Places {
-            points: PointSource::open(self.inputs, &self.options)?,
-            lines: self.lines.open_as_added(self.inputs, &self.added)?,
+            points: self.open_points()?,
+            lines: self.open_lines()?,
             last_edit: u32::MAX,
             segments: SegmentBatch::default(),
             sites: SiteBatch::default(),
@@ -200,7 +217,7 @@ impl Against<'_> {
     }
 
     async fn compare_sites(&self, reader: &TileReader) -> anyhow::Result<u64> {
-        let mut lines = self.lines.open_as_added(self.inputs, &self.added)?;
+        let mut lines = self.open_lines()?;
         Ok(reader.verify_sites(|batch| lines.next_sites(batch)).await?.sites)
     }
 }
@@ -351,7 +368,7 @@ impl Segments<'_> {
             return Ok(());
         }
         self.sought.sort_unstable();
-        let mut points = PointSource::open(self.against.inputs, &self.against.options)?;
+        let mut points = self.against.open_points()?;
         let mut batch = PointBatch::default();
         let ends = self.ready.ends.as_flattened_mut();
         let mut sought = self.sought.iter().peekable();

@@ -13,6 +13,7 @@ use bytesize::ByteSize;
 use clap::Args;
 use delaunay_tiles::build::default_memory;
 use delaunay_tiles::io::start_thread;
+use delaunay_tiles::shown;
 use delaunay_tiles::store::{OpenOptions, TileReader};
 use serde::Serialize;
 use tokio::runtime::Builder;
@@ -132,14 +133,20 @@ pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     Ok(io::stdout().write_all(text.as_bytes())?)
 }
 
-/// Prints lines for people.
+/// Prints lines for people. Nothing in them commands a terminal, wherever it comes from.
 pub fn print(text: &str) -> anyhow::Result<()> {
-    Ok(io::stdout().write_all(text.as_bytes())?)
+    Ok(io::stdout().write_all(shown::message(text).as_bytes())?)
 }
 
-/// Says something on standard error. Whoever has closed that wants to hear nothing, which is no failure.
+/// Says something on standard error; nothing in it commands a terminal. Whoever has closed that
+/// wants to hear nothing, which is no failure.
 pub fn say(line: impl Display) {
-    drop(writeln!(io::stderr(), "{line}"));
+    drop(writeln!(io::stderr(), "{}", shown::message(&line.to_string())));
+}
+
+/// A path, to be shown on one line.
+pub fn shown(path: &Path) -> String {
+    shown::path(path)
 }
 
 /// Whether whoever read our output has gone away, which is no failure.

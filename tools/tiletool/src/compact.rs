@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
-use delaunay_tiles::io::output_target;
+use delaunay_tiles::io::{open_regular, output_target};
 use delaunay_tiles::store::{OpenOptions, TileReader};
 use serde::Serialize;
 
@@ -42,13 +42,16 @@ struct Output {
 pub fn run(args: CompactArgs) -> anyhow::Result<()> {
     let output = args.output.as_ref().unwrap_or(&args.file);
     if args.output.is_some() && !args.force && output.exists() {
-        anyhow::bail!("{} exists; give --force to replace it", output.display());
+        anyhow::bail!("{} exists; give --force to replace it", common::shown(output));
     }
     // Whoever edits it has it locked.
-    let lock = output_target(&args.file).and_then(File::open);
-    let lock = lock.with_context(|| args.file.display().to_string())?;
+    let lock = output_target(&args.file).and_then(|file| open_regular(&file, File::options().read(true)));
+    let (lock, _) = lock.with_context(|| common::shown(&args.file))?;
     if lock.try_lock().is_err() {
-        anyhow::bail!("{}: somebody else is changing it; try again later", args.file.display());
+        anyhow::bail!(
+            "{}: somebody else is changing it; try again later",
+            common::shown(&args.file)
+        );
     }
     let (bytes_before, bytes_after) = common::block_on(async {
         let reader = TileReader::open(&args.file, OpenOptions::default()).await?;
@@ -62,7 +65,7 @@ pub fn run(args: CompactArgs) -> anyhow::Result<()> {
     }
     common::print(&format!(
         "{}: {}, before {}\n",
-        output.display(),
+        common::shown(output),
         common::bytes(bytes_after),
         common::bytes(bytes_before)
     ))

@@ -8,7 +8,7 @@ use delaunay_tiles::build::{EditError, EditSummary, Editor, peak_memory};
 use serde::Serialize;
 
 use crate::common::{self, MemoryArgs};
-use crate::lines::{LineFiles, Lines};
+use crate::lines::{LineFiles, Lines, MissingZArgs};
 
 /// Make lines constraints of a tile file that is there already.
 ///
@@ -25,6 +25,8 @@ pub struct ConstrainArgs {
     file: PathBuf,
     #[command(flatten)]
     lines: LineFiles,
+    #[command(flatten)]
+    missing_z: MissingZArgs,
     /// Print the summary as one JSON object
     #[arg(long)]
     json: bool,
@@ -60,7 +62,7 @@ pub fn run(args: ConstrainArgs) -> anyhow::Result<()> {
         anyhow::bail!("there are no lines; give --segments, --walls or --obstacles");
     }
     let lines = args.lines.clone().open()?;
-    let (summary, lines) = common::block_on(constrain(&args.file, lines, args.memory.bytes()))?;
+    let (summary, lines) = common::block_on(constrain(&args, lines))?;
     for note in lines.notes().iter().filter(|_| !args.quiet) {
         common::say(format_args!("note: {note}"));
     }
@@ -88,12 +90,17 @@ pub fn run(args: ConstrainArgs) -> anyhow::Result<()> {
     }
 }
 
-async fn constrain(file: &Path, lines: Lines, memory: u64) -> anyhow::Result<(EditSummary, Lines)> {
-    let editor = Editor::open(file, memory).await?;
+async fn constrain(args: &ConstrainArgs, lines: Lines) -> anyhow::Result<(EditSummary, Lines)> {
+    let file = &args.file;
+    let mut editor = Editor::open(file, args.memory.bytes()).await?;
+    editor.missing_z(args.missing_z.option());
     let first_line = editor.first_line();
     let (editor, lines) = common::on_thread("lines", move || lines.feed_editor(editor)).await?;
     if lines.segments() == 0 {
-        anyhow::bail!("there are no lines in these files; {} was not changed", file.display());
+        anyhow::bail!(
+            "there are no lines in these files; {} was not changed",
+            common::shown(file)
+        );
     }
     let edited = tokio::select! {
         edited = editor.finish() => edited,
@@ -101,14 +108,16 @@ async fn constrain(file: &Path, lines: Lines, memory: u64) -> anyhow::Result<(Ed
     };
     match edited {
         Ok(summary) => Ok((summary, lines)),
-        Err(EditError::Cancelled) => anyhow::bail!("interrupted; {} is as it was", file.display()),
+        Err(EditError::Cancelled) => anyhow::bail!("interrupted; {} is as it was", common::shown(file)),
         Err(error) => {
             let name = |number: u64| match number.checked_sub(first_line) {
                 Some(line) => lines.name(line),
-                None => format!("line {number} of {}", file.display()),
+                None => format!("line {number} of {}", common::shown(file)),
             };
             let named = match &error {
-                EditError::Outside { line, .. } | EditError::OpenRing { line } => Some(name(*line)),
+                EditError::Outside { line, .. } | EditError::OpenRing { line } | EditError::NoZ { line, .. } => {
+                    Some(name(*line))
+                }
                 EditError::Inverted { first, .. } => Some(name(first.obstacle)),
                 EditError::Crossed { line, other, .. } => {
                     let other = other.map(|other| format!(" and {}", name(other.number())));
@@ -123,7 +132,7 @@ async fn constrain(file: &Path, lines: Lines, memory: u64) -> anyhow::Result<(Ed
             ))
         }
     }
-    .with_context(|| format!("{} was not changed", file.display()))
+    .with_context(|| format!("{} was not changed", common::shown(file)))
 }
 
 fn report(file: &Path, summary: &EditSummary) -> String {
@@ -133,7 +142,7 @@ fn report(file: &Path, summary: &EditSummary) -> String {
          regions    {}, of them {} holes with {} triangles\n\
          written    {} tiles anew, {} more; the file has {}\n\
          took       {:.2} s\n",
-        file.display(),
+        common::shown(file),
         thousands(summary.segments),
         thousands(summary.edges),
         thousands(summary.vertices),

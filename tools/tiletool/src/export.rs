@@ -95,7 +95,7 @@ fn outputs(args: &ExportArgs) -> Result<(Format, Vec<PathBuf>), clap::Error> {
             ));
         }
         None => Format::from_path(&args.output).map_err(|error| {
-            let output = args.output.display();
+            let output = common::shown(&args.output);
             usage(&format!("{output}: {error}; choose another suffix, or a --format"))
         })?,
     };
@@ -202,14 +202,14 @@ async fn write(
 fn joined(names: &[PathBuf]) -> String {
     names
         .iter()
-        .map(|name| name.display().to_string())
+        .map(|name| common::shown(name))
         .collect::<Vec<_>>()
         .join(", ")
 }
 
 /// Opens an output that is not the input.
 fn create(name: &Path, input: &Path) -> anyhow::Result<Output> {
-    let shown = name.display();
+    let shown = common::shown(name);
     let is_input = name
         .canonicalize()
         .is_ok_and(|name| input.canonicalize().is_ok_and(|input| input == name));

@@ -112,7 +112,7 @@ impl Data {
                 return Err(usage("standard output is a terminal: name a file or a pipe"));
             }
         } else if args.output.file_name().is_none() {
-            let why = format!("'{}' names no file", args.output.display());
+            let why = format!("'{}' names no file", common::shown(&args.output));
             return Err(usage(why));
         } else if segments && args.output.extension().is_some_and(|e| e == "u32") {
             return Err(usage("segments go to FILE.u32: the points' name must end otherwise"));
@@ -165,7 +165,7 @@ impl Data {
                 Ok(())
             }
         };
-        let failed = |path: &Path| format!("cannot write {}", path.display());
+        let failed = |path: &Path| format!("cannot write {}", common::shown(path));
 
         let mut point_file = Output::create(path).with_context(|| failed(path))?;
         let mut segment_file = None;
@@ -268,9 +268,9 @@ fn report(args: &GenerateArgs, records: u64, segments: Option<(u64, &Path)>) -> 
         });
         return quietly(writeln!(io::stdout(), "{json}")).context("cannot write to standard output");
     }
-    common::say(format_args!("{records} points in {}", args.output.display()));
+    common::say(format_args!("{records} points in {}", common::shown(&args.output)));
     if let Some((count, path)) = segments {
-        common::say(format_args!("{count} segments in {}", path.display()));
+        common::say(format_args!("{count} segments in {}", common::shown(path)));
     }
     Ok(())
 }

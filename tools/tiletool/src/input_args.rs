@@ -1,7 +1,7 @@
 //! The options that say how to read points: the same for `build` and for `verify --against`.
 
 use clap::Args;
-use delaunay_tiles::input::{Columns, Format, InputOptions, Returns};
+use delaunay_tiles::input::{Columns, Format, InputOptions, MissingZ, Returns};
 
 /// How to read the input.
 #[derive(Args, Clone, Debug)]
@@ -37,6 +37,8 @@ impl InputArgs {
             classes: self.classes.clone(),
             returns: self.returns,
             skip_invalid: self.skip_invalid,
+            // A build may say otherwise; who compares a file with its input asks no more of it.
+            missing_z: MissingZ::Zero,
         }
     }
 }

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
-use delaunay_tiles::build::{BuildError, Builder, Crossings, Editor, Inverted, Steiner};
+use delaunay_tiles::build::{BuildError, Builder, Crossings, Editor, Inverted, MissingZ, Steiner, WithoutZ};
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::input::{PolySource, SegmentBatch, SegmentSource, SiteBatch, SiteSource};
+use delaunay_tiles::input::{FileStamp, PolySource, Reading, SegmentBatch, SegmentSource, SiteBatch, SiteSource};
+use delaunay_tiles::shown;
 use delaunay_tiles::store::{LineKind, LineSource, VerifyError};
 
 use crate::common;
@@ -41,6 +42,38 @@ pub struct LineArgs {
     /// The column or property that is a site's id; by default the third column of text, else the number of the record
     #[arg(long, value_name = "FIELD", requires = "sites")]
     site_id: Option<String>,
+}
+
+/// What to do with what has no z.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct MissingZArgs {
+    /// What to do with points, ends of lines, crossing points and sites that have no z where other
+    /// vertices have, and do not lie where one of those lies: error names the first; zero gives
+    /// them z = 0
+    #[arg(
+        long,
+        value_name = "error|zero",
+        default_value = "error",
+        hide_possible_values = true,
+        help_heading = "Lines and sites"
+    )]
+    missing_z: MissingZArg,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum MissingZArg {
+    Error,
+    Zero,
+}
+
+impl MissingZArgs {
+    /// The library's option.
+    pub fn option(self) -> MissingZ {
+        match self.missing_z {
+            MissingZArg::Error => MissingZ::Error,
+            MissingZArg::Zero => MissingZ::Zero,
+        }
+    }
 }
 
 /// What a build does with lines.
@@ -198,7 +231,7 @@ impl LineArgs {
             let first = before.with_context(|| {
                 format!(
                     "{}: give .poly files before all other inputs, since their segments count records",
-                    path.display()
+                    common::shown(path)
                 )
             })?;
             before = Some(first + poly.points());
@@ -375,6 +408,28 @@ impl Lines {
         self.sets.iter().map(of_set).sum()
     }
 
+    /// How far the reading of the files is, and the way to stop it.
+    pub fn readings(&self) -> impl Iterator<Item = &Reading> {
+        fn of_set(set: &Set) -> Option<&Reading> {
+            match &set.source {
+                Source::Files(files) => Some(files.reading()),
+                Source::Poly(_, _, poly, _) => poly.as_ref().map(PolySource::reading),
+            }
+        }
+        self.sets.iter().filter_map(of_set).chain([self.sites.reading()])
+    }
+
+    /// The regular files, as they were when they were opened. To be asked before they are read.
+    pub fn stamps(&self) -> impl Iterator<Item = &(PathBuf, FileStamp)> {
+        fn of_set(set: &Set) -> &[(PathBuf, FileStamp)] {
+            match &set.source {
+                Source::Files(files) => files.stamps(),
+                Source::Poly(_, _, poly, _) => poly.as_ref().map_or(&[], PolySource::stamps),
+            }
+        }
+        self.sets.iter().flat_map(of_set).chain(self.sites.stamps())
+    }
+
     /// Bytes read of all files but those of points.
     pub fn bytes_read(&self) -> u64 {
         let of_set = |set: &Set| match &set.source {
@@ -382,12 +437,6 @@ impl Lines {
             Source::Poly(..) => 0,
         };
         self.sets.iter().map(of_set).sum::<u64>() + self.sites.bytes_read()
-    }
-
-    /// Whether any has z.
-    pub fn has_z(&self) -> bool {
-        let has_z = |set: &Set| matches!(&set.source, Source::Files(files) if files.has_z());
-        self.sets.iter().any(has_z) || self.sites.has_z()
     }
 
     /// The files, for the directory.
@@ -434,11 +483,23 @@ impl Lines {
             Source::Files(files) => files.origin(line - set.first).map(|origin| origin.to_string()),
             Source::Poly(path, ..) => Some(format!(
                 "{}: segment {} (counted from 0)",
-                path.display(),
+                common::shown(path),
                 line - set.first
             )),
         });
         name.unwrap_or_else(|| format!("line {line}"))
+    }
+
+    /// Where a site comes from.
+    fn site_name(&self, site: u64) -> String {
+        let mut first = 0;
+        for (name, sites) in self.sites.sources() {
+            if site < first + sites {
+                return format!("{}: site {} (counted from 0)", shown::text(name), site - first);
+            }
+            first += sites;
+        }
+        format!("site {site}")
     }
 
     /// Says of regions that are inside out where the first one is.
@@ -475,6 +536,23 @@ impl Lines {
                     self.name(first.obstacle),
                     first.point.x,
                     first.point.y
+                )
+            }
+            Some(BuildError::NoZ { first, count }) => {
+                let (x, y) = (first.point.x, first.point.y);
+                let what = match (first.what, first.line) {
+                    (WithoutZ::End | WithoutZ::Crossing, Some(line)) => self.name(line.number()),
+                    (WithoutZ::Site(site), _) => self.site_name(site),
+                    (WithoutZ::Point(record), _) => format!("the point of record {record}"),
+                    _ => "a point where lines end or cross".to_owned(),
+                };
+                let all = match count {
+                    1 => "one vertex".to_owned(),
+                    count => format!("{} vertices", common::thousands(*count)),
+                };
+                anyhow::anyhow!(
+                    "{what} has no z at ({x}, {y}), where no point with z lies; {all} would get z = 0, and others have z\n\
+                     give z to all, or give --missing-z zero"
                 )
             }
             Some(BuildError::Crossings { first, count }) => {

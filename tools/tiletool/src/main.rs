@@ -19,11 +19,14 @@ mod plot;
 mod progress;
 mod query;
 mod system;
+mod unchanged;
 mod verify;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use delaunay_tiles::input::panic_is_caught;
+use delaunay_tiles::shown;
 
 /// Delaunay triangulations larger than memory, kept as tiles in one file.
 #[derive(Parser, Debug)]
@@ -58,8 +61,18 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let command = Cli::parse().command;
-    let done = limits::prepare().and_then(|()| run(command));
+    let report = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        // What a reader catches becomes an error.
+        if !panic_is_caught() {
+            report(panic);
+        }
+    }));
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return refuse(&error),
+    };
+    let done = limits::prepare().and_then(|()| run(cli.command));
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if common::is_broken_pipe(&error) => ExitCode::SUCCESS,
@@ -84,4 +97,15 @@ fn run(command: Command) -> anyhow::Result<()> {
         Command::Bench(args) => bench::run(args),
         Command::Experiment(args) => experiment::run(args),
     }
+}
+
+/// Says that the command line is not understood, or what was asked for with `--help`.
+fn refuse(error: &clap::Error) -> ExitCode {
+    let text = error.render().to_string();
+    if shown::message(&text) == text {
+        error.exit();
+    }
+    // A name on the command line, perhaps of a file that others named, would command the terminal.
+    common::say(text.trim_end());
+    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }

@@ -10,6 +10,8 @@ use delaunay_tiles::build::{Phase, Progress};
 use delaunay_tiles::io::start_thread;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::common::bytes;
+
 /// A bar that follows a build until it is dropped.
 pub struct Bar {
     stop: Arc<AtomicBool>,
@@ -59,10 +61,13 @@ fn follow(progress: &Progress, input: &Bytes, stop: &AtomicBool) {
             }
         };
         bar.set_prefix(now.name());
-        let (done, total) = if now == Phase::Read {
-            input()
-        } else {
-            (done, Some(total))
+        let (done, total) = match now {
+            // The beginnings of files are read twice.
+            Phase::Read => match input() {
+                (done, Some(total)) => (done.min(total), Some(total)),
+                unknown => unknown,
+            },
+            _ => (done, Some(total)),
         };
         match total {
             Some(total) if total > 0 => bar.set_length(total),
@@ -70,11 +75,12 @@ fn follow(progress: &Progress, input: &Bytes, stop: &AtomicBool) {
         }
         bar.set_position(done);
         let rate = progress.points() as f64 / began.elapsed().as_secs_f64().max(1e-3);
-        let tiles = match now {
+        let how_far = match now {
+            Phase::Read => format!("{} read, ", bytes(done)),
             Phase::Borders => format!("{done} of {} tiles, ", total.unwrap_or(0)),
             _ => String::new(),
         };
-        bar.set_message(format!("{tiles}{:.2} M points/s", rate / 1e6));
+        bar.set_message(format!("{how_far}{:.2} M points/s", rate / 1e6));
         thread::sleep(Duration::from_millis(100));
     }
     bar.finish_and_clear();

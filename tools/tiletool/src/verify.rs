@@ -11,6 +11,7 @@ use crate::against::{self, Against, Compared};
 use crate::common::{self, MemoryArgs};
 use crate::input_args::InputArgs;
 use crate::lines::LineArgs;
+use crate::unchanged::Unchanged;
 
 /// Check a tile file: checksums and structure; with --deep, that it is the Delaunay triangulation; with --against and the
 /// lines and sites of the build, that it holds all of its input, and nothing else.
@@ -86,7 +87,7 @@ pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
         is_split: false,
         peak_memory_bytes: None,
     };
-    let done = common::block_on(check(&args, &mut output)).with_context(|| args.file.display().to_string());
+    let done = common::block_on(check(&args, &mut output)).with_context(|| common::shown(&args.file));
     output.ok = done.is_ok();
     if args.json {
         output.peak_memory_bytes = peak_memory();
@@ -152,6 +153,7 @@ async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
         added: Vec::new(),
         memory: args.memory.bytes() / 8,
         split_memory: args.memory.bytes() / 2,
+        files: Unchanged::default(),
     };
     let mut reader = args.memory.open_beside(&args.file, against.byte_size()).await?;
     against.added = reader.directory().metadata.lines.clone();

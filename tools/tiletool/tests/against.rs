@@ -67,7 +67,8 @@ const LINES: &str = "--segments paths.u32 --segments creek.csv --walls fences.cs
 fn a_town_is_compared_with_all_of_its_input() {
     let scratch = town();
     for tile_vertices in [8, 30, 1000] {
-        let build = format!("build points.csv {LINES} -o town.tiles --force --tile-vertices {tile_vertices}");
+        let build =
+            format!("build points.csv {LINES} --missing-z zero -o town.tiles --force --tile-vertices {tile_vertices}");
         let summary = scratch.json(&build);
         assert_eq!(summary["segments"], 17);
         for memory in ["16MiB", "1GiB"] {
@@ -96,7 +97,7 @@ fn a_town_is_compared_with_all_of_its_input() {
 fn other_input_is_told_by_file_and_line() {
     let scratch = town();
     scratch.ok(&format!(
-        "build points.csv {LINES} -o town.tiles --quiet --tile-vertices 20"
+        "build points.csv {LINES} --missing-z zero -o town.tiles --quiet --tile-vertices 20"
     ));
     let with = |name: &str, content: &str, other: &str| {
         scratch.write(other, content);
@@ -180,7 +181,8 @@ fn other_input_is_told_by_file_and_line() {
 #[test]
 fn files_of_lines_alone_and_polygons_of_triangle() {
     let scratch = town();
-    scratch.ok("build --obstacles houses.geojson --sites shops.csv --site-id name -o town.tiles --quiet");
+    scratch
+        .ok("build --obstacles houses.geojson --sites shops.csv --site-id name -o town.tiles --missing-z zero --quiet");
     scratch.ok("verify --deep town.tiles --obstacles houses.geojson --sites shops.csv --site-id name");
     let rows = "4 2 0 0\n1 0 0\n2 9 0\n3 9 9\n4 0 9\n4 0\n1 1 2\n2 2 3\n3 3 4\n4 4 1\n1\n1 2.5 2.5\n";
     scratch.write("square.poly", rows);
@@ -222,7 +224,7 @@ fn lines_that_were_split_are_split_again() {
     scratch.write("points.csv", "x,y\n1.5,2\n9,9\n3.5,2\n6,2\n");
     let all = "--segments cross.csv --walls fence.geojson --sites gate.csv";
     scratch.ok(&format!(
-        "build points.csv {all} --crossings split -o cross.tiles --quiet"
+        "build points.csv {all} --crossings split --missing-z zero -o cross.tiles --quiet"
     ));
     scratch.ok("verify --deep cross.tiles");
     let printed = scratch.ok(&format!("verify cross.tiles --against points.csv {all}"));
@@ -235,7 +237,7 @@ fn lines_that_were_split_are_split_again() {
         error.contains("pairs of its lines crossed, and 3 of these do"),
         "{error}"
     );
-    scratch.ok("build points.csv --segments cross.csv --crossings split -o few.tiles --quiet");
+    scratch.ok("build points.csv --segments cross.csv --crossings split --missing-z zero -o few.tiles --quiet");
     let error = scratch.fails("verify few.tiles --against points.csv --segments others.csv");
     assert!(error.contains("is no chain of edges that come from it"), "{error}");
     let error = scratch.fails("verify few.tiles --against points.csv --segments apart.csv");

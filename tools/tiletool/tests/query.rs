@@ -218,9 +218,13 @@ fn mistakes() {
         (
             1,
             &["knn", "town.tiles", "--batch", "bad.csv"],
-            "bad.csv, row 3: '3;4' is not x,y",
+            "bad.csv: line 3: `3;4` is not x,y",
         ),
-        (1, &["knn", "town.tiles", "--batch", "none.csv"], "cannot read none.csv"),
+        (
+            1,
+            &["knn", "town.tiles", "--batch", "none.csv"],
+            "none.csv: cannot be opened",
+        ),
         (
             1,
             &["path", "town.tiles", "--batch", "bad.csv"],

@@ -17,9 +17,9 @@ pub fn drop_for(path: &Path) -> anyhow::Result<bool> {
 
 /// Throws the file out of the page cache.
 pub fn drop_file(path: &Path) -> anyhow::Result<()> {
-    let file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
+    let file = File::open(path).with_context(|| format!("cannot open {}", crate::common::shown(path)))?;
     // What is not on the medium cannot be thrown out.
     let _ = file.sync_all();
     let advised = fadvise(&file, 0, None, Advice::DontNeed);
-    advised.with_context(|| format!("cannot throw {} out of the page cache", path.display()))
+    advised.with_context(|| format!("cannot throw {} out of the page cache", crate::common::shown(path)))
 }

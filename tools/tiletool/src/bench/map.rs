@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use bytes::Bytes;
-use delaunay_tiles::io::ReadAt;
+use delaunay_tiles::io::{ReadAt, open_regular};
 use futures::future::{BoxFuture, FutureExt, ready};
 use memmap2::{Advice, Mmap};
 
@@ -16,7 +16,7 @@ pub struct MappedFile(Bytes);
 impl MappedFile {
     /// Maps a file that nobody changes in the meantime. If it is read from front to back, the system may read ahead.
     pub fn open(path: &Path, is_scan: bool) -> io::Result<Self> {
-        let file = File::open(path)?;
+        let (file, _) = open_regular(path, File::options().read(true))?;
         // SAFETY: tile files are never changed in place where a reader may look, and whoever measures one leaves it alone;
         // were it cut off, the process would end by a signal, not go wrong unnoticed.
         #[allow(unsafe_code)]

@@ -64,7 +64,7 @@ impl Method {
             Self::Threads => Backend::Threads,
             Self::Mmap => {
                 let file = MappedFile::open(path, is_scan)
-                    .with_context(|| format!("cannot map {} into memory", path.display()))?;
+                    .with_context(|| format!("cannot map {} into memory", common::shown(path)))?;
                 return Ok(TileReader::open_source(file, &path.display().to_string(), options).await?);
             }
         };

@@ -4,13 +4,12 @@ mod report;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::available_parallelism;
 
 use bytesize::ByteSize;
 use clap::Args;
 use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates};
-use delaunay_tiles::input::{PointBatch, PointSource, Returns};
+use delaunay_tiles::input::{InputError, InputOptions, PointBatch, PointSource, Reading, Returns};
 use delaunay_tiles::io::output_target;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::Source;
@@ -19,8 +18,9 @@ use tokio::sync::{Notify, mpsc};
 
 use crate::common;
 use crate::input_args::InputArgs;
-use crate::lines::{LineArgs, LineRules, Lines};
+use crate::lines::{LineArgs, LineRules, Lines, MissingZArgs};
 use crate::progress::Bar;
+use crate::unchanged::Unchanged;
 use report::{Output, report};
 
 /// Triangulate points and write a tile file.
@@ -43,6 +43,8 @@ pub struct BuildArgs {
     lines: LineArgs,
     #[command(flatten)]
     rules: LineRules,
+    #[command(flatten)]
+    missing_z: MissingZArgs,
     /// The tile file to write
     #[arg(short, long, value_name = "FILE.tiles")]
     output: PathBuf,
@@ -102,10 +104,16 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     if let Some(memory) = args.memory {
         options.memory = memory.as_u64();
     }
-    let input_options = args.input.options();
+    options.missing_z = args.missing_z.option();
+    let input_options = InputOptions {
+        missing_z: options.missing_z,
+        ..args.input.options()
+    };
     let is_filtered = !input_options.classes.is_empty() || input_options.returns != Returns::All;
     let source = PointSource::open(&args.inputs, &input_options)?;
     let lines = args.lines.open(&args.inputs)?;
+    // A .poly file is read for its points and for its segments.
+    Unchanged::default().check(source.stamps().iter().chain(lines.stamps()))?;
     options.resume = args.resume;
     options.exterior_is_hole = args.rules.exterior_is_hole();
     options.crossings = args.rules.crossings();
@@ -119,13 +127,13 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     }
     let can_resume = options.resumable.is_some();
     let progress = Arc::clone(&options.progress);
-    let (read, total) = (Arc::new(AtomicU64::new(0)), source.total_bytes());
+    let of_lines: u64 = lines.stamps().map(|(_, stamp)| stamp.length).sum();
+    let total = source.total_bytes().map(|of_points| of_points + of_lines);
+    let readings: Arc<[Reading]> = lines.readings().chain([source.reading()]).cloned().collect();
     let bar = (!args.quiet && !args.json).then(|| {
-        let read = Arc::clone(&read);
-        Bar::show(
-            Arc::clone(&progress),
-            Arc::new(move || (read.load(Ordering::Relaxed), total)),
-        )
+        let readings = Arc::clone(&readings);
+        let read = move || readings.iter().map(Reading::bytes).sum();
+        Bar::show(Arc::clone(&progress), Arc::new(move || (read(), total)))
     });
     let output = args.output.clone();
     let cancelled = Arc::new(Notify::new());
@@ -134,7 +142,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
         if args.resume && builder.needs_points() && !args.quiet {
             common::say("note: there is no finished work to go on from; the build starts from the beginning");
         }
-        let building = build(source, lines, builder, read, is_filtered, Arc::clone(&cancelled));
+        let building = build(source, lines, builder, is_filtered, Arc::clone(&cancelled));
         tokio::pin!(building);
         loop {
             tokio::select! {
@@ -144,6 +152,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
                     anyhow::bail!("interrupted");
                 } else {
                     progress.cancel();
+                    readings.iter().for_each(Reading::stop);
                     cancelled.notify_one();
                 }
             }
@@ -172,13 +181,17 @@ fn how_to_go_on(error: anyhow::Error, output: &Path, can_resume: bool) -> anyhow
     let what = match error.downcast_ref() {
         Some(BuildError::Locked(_) | BuildError::NotOurs(_) | BuildError::OtherBuild { .. }) => return error,
         Some(BuildError::Cancelled) => "interrupted".to_owned(),
+        _ if is_stopped(&error) => "interrupted".to_owned(),
         _ => format!("{error:#}"),
     };
-    let shown = folder.display();
+    let shown = common::shown(folder);
     if !can_resume {
         // What is there is about to go away, or was there before.
         match what == "interrupted" {
-            true => anyhow::anyhow!("{what}; {} was not written, and its work is not kept", output.display()),
+            true => anyhow::anyhow!(
+                "{what}; {} was not written, and its work is not kept",
+                common::shown(output)
+            ),
             false => error,
         }
     } else if folder.join("plan").exists() {
@@ -186,10 +199,15 @@ fn how_to_go_on(error: anyhow::Error, output: &Path, can_resume: bool) -> anyhow
     } else if folder.exists() {
         anyhow::anyhow!("{what}; {shown} is kept, but the input was not all there yet: --resume starts again")
     } else if what == "interrupted" {
-        anyhow::anyhow!("{what}; {} was not written", output.display())
+        anyhow::anyhow!("{what}; {} was not written", common::shown(output))
     } else {
         error
     }
+}
+
+/// Whether reading was stopped.
+fn is_stopped(error: &anyhow::Error) -> bool {
+    matches!(error.downcast_ref(), Some(InputError::Stopped))
 }
 
 /// What is known of the input once it was read; a build that is resumed has it from the build before.
@@ -210,7 +228,6 @@ async fn build(
     source: PointSource,
     lines: Lines,
     builder: Builder,
-    read: Arc<AtomicU64>,
     is_filtered: bool,
     cancelled: Arc<Notify>,
 ) -> anyhow::Result<(BuildSummary, Read)> {
@@ -219,7 +236,7 @@ async fn build(
         return Ok((builder.finish().await?, read));
     }
     let (builder, lines) = common::on_thread("lines", move || lines.feed(builder)).await?;
-    let built = build_points(source, builder, &lines, read, is_filtered, cancelled).await;
+    let built = build_points(source, builder, &lines, is_filtered, cancelled).await;
     built.map_err(|error| lines.name_in(error))
 }
 
@@ -228,7 +245,6 @@ async fn build_points(
     mut source: PointSource,
     mut builder: Builder,
     lines: &Lines,
-    read: Arc<AtomicU64>,
     is_filtered: bool,
     cancelled: Arc<Notify>,
 ) -> anyhow::Result<(BuildSummary, Read)> {
@@ -242,7 +258,6 @@ async fn build_points(
     let reading = common::begin("reading", move || {
         let mut batch = PointBatch::default();
         while source.next_batch(&mut batch)? {
-            read.store(source.bytes_read(), Ordering::Relaxed);
             if sender.blocking_send(std::mem::take(&mut batch)).is_err() {
                 break;
             }
@@ -258,8 +273,17 @@ async fn build_points(
         let Some(batch) = batch else { break };
         builder.push(&batch).await?;
     }
-    let source = reading.await?;
-    let (has_z, lines_have_z) = (source.has_z(), lines.has_z());
+    let source = match reading.await {
+        // The builder knows what becomes of its work.
+        Err(error) if is_stopped(&error) => {
+            return Err(builder
+                .push(&PointBatch::default())
+                .await
+                .err()
+                .map_or(error, Into::into));
+        }
+        source => source?,
+    };
     let sources = source.sources().iter().map(|(name, records)| Source {
         name: name.clone(),
         records: *records,
@@ -284,14 +308,9 @@ async fn build_points(
     if let Some(first) = summary.first_inverted {
         read.notes.push(lines.inverted_note(summary.inverted_regions, first));
     }
-    let ends = common::thousands(summary.ends);
-    if has_z && !lines_have_z && summary.ends > 0 {
-        read.notes.push(format!(
-            "{ends} ends of lines and sites lie where no point does, and got z = 0"
-        ));
-    } else if lines_have_z && !has_z && summary.points > 0 {
-        read.notes
-            .push("lines or sites have z and points have none: these got z = 0".to_owned());
+    if summary.without_z > 0 {
+        let vertices = common::thousands(summary.without_z);
+        read.notes.push(format!("{vertices} vertices have no z, and got z = 0"));
     }
     Ok((summary, read))
 }

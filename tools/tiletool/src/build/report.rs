@@ -148,7 +148,7 @@ pub(super) fn report(args: &BuildArgs, summary: &BuildSummary, read: &Read) -> S
     let thousands = common::thousands;
     let mut text = format!(
         "{}: {} vertices, {} triangles, {} hull edges in {} tiles\n",
-        args.output.display(),
+        common::shown(&args.output),
         thousands(summary.vertices),
         thousands(summary.triangles),
         thousands(summary.hull_edges),

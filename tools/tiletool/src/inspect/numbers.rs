@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use delaunay_tiles::geometry::Rect;
+use delaunay_tiles::shown;
 use serde::Serialize;
 
 /// A rectangle for programs.
@@ -67,28 +68,10 @@ impl Coordinates {
     }
 }
 
-/// Text from a file or its name, with nothing in it that a terminal could take for a command.
-pub fn printable(text: &str) -> String {
-    let mut shown = String::with_capacity(text.len());
-    for c in text.chars() {
-        if c.is_control() {
-            shown.extend(c.escape_default());
-        } else {
-            shown.push(c);
-        }
-    }
-    shown
-}
-
 /// The start of a long text, on one line.
 pub fn shortened(text: &str, limit: usize) -> String {
     let words: Vec<&str> = text.split_whitespace().collect();
-    let line = printable(&words.join(" "));
-    if line.chars().count() <= limit {
-        return line;
-    }
-    let start: String = line.chars().take(limit).collect();
-    format!("{start}…")
+    shown::beginning(&words.join(" "), limit)
 }
 
 /// A quotient that is 0 where there is nothing to divide by.
@@ -166,8 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn names_cannot_command_a_terminal() {
-        assert_eq!(printable("a\u{1b}[2Jé"), "a\\u{1b}[2Jé");
+    fn a_long_text_is_cut_and_on_one_line() {
         assert_eq!(shortened("a \n b", 9), "a b");
         assert_eq!(shortened("abcdef", 3), "abc…");
     }

@@ -1,9 +1,10 @@
 //! What the directory knows of the whole file.
 
+use delaunay_tiles::shown;
 use delaunay_tiles::store::{Directory, FORMAT_VERSION, LineSource, TileReader};
 use serde::Serialize;
 
-use super::numbers::{Bounds, Coordinates, percent, printable, share, shortened};
+use super::numbers::{Bounds, Coordinates, percent, share, shortened};
 use crate::common::{bytes, thousands};
 
 /// Bytes before the first tile: the two superblocks.
@@ -194,7 +195,7 @@ impl Summary {
             self.of_the_mesh(coordinates),
             self.of_the_tiles(),
         ];
-        let mut text = format!("{}\n", printable(&self.file));
+        let mut text = format!("{}\n", shown::text(&self.file));
         for (number, group) in groups.iter().enumerate() {
             if number > 0 {
                 text.push('\n');
@@ -226,7 +227,7 @@ impl Summary {
                     thousands(self.generation)
                 ),
             ),
-            ("written by", printable(&self.producer)),
+            ("written by", shown::text(&self.producer).into_owned()),
             ("read by", read_by),
         ]
     }
@@ -354,9 +355,11 @@ fn files<'a>(
 ) -> Vec<(&'static str, String)> {
     let hidden = files.len().saturating_sub(SOURCES_SHOWN) as u64;
     let shown = files.take(SOURCES_SHOWN);
-    let width = shown.clone().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
+    let shown: Vec<_> = shown.map(|(name, count)| (shown::text(name), count)).collect();
+    let width = shown.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
     let mut lines: Vec<_> = shown
-        .map(|(name, count)| ("", format!("{:<width$}  {count}", printable(name))))
+        .iter()
+        .map(|(name, count)| ("", format!("{name:<width$}  {count}")))
         .collect();
     if let Some(first) = lines.first_mut() {
         first.0 = title;

@@ -128,6 +128,7 @@ pub async fn draw_query(reader: &TileReader, file: &PlotFile, overlay: &Overlay)
 /// Writes a picture: its bytes.
 fn save(file: &PlotFile, svg: String) -> anyhow::Result<u64> {
     let picture = file.kind.encode(svg)?;
-    output::write(&file.path, &picture).with_context(|| format!("{}: cannot write the map", file.path.display()))?;
+    output::write(&file.path, &picture)
+        .with_context(|| format!("{}: cannot write the map", crate::common::shown(&file.path)))?;
     Ok(picture.len() as u64)
 }

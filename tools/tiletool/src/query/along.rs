@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use delaunay_tiles::query::{AlongInterval, SiteAlong};
+use delaunay_tiles::shown;
 use serde_json::{Value, json};
 
 use super::answer::name;
@@ -67,7 +68,7 @@ pub fn say(text: &mut String, interval: &AlongInterval) {
     let names = match &interval.sites {
         None => "in an obstacle".to_owned(),
         Some(sites) if sites.is_empty() => "no site can be reached".to_owned(),
-        Some(_) => names(interval).join(", "),
+        Some(_) => shown::text(&names(interval).join(", ")).into_owned(),
     };
     _ = writeln!(text, "  {:<20} to {:<20} {names}", interval.from_t, interval.to_t);
 }

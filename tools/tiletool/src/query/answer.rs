@@ -2,6 +2,7 @@
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{AlongInterval, Location, Near, Path, QueryError, SiteFound, Statistics};
+use delaunay_tiles::shown;
 use delaunay_tiles::store::VertexId;
 
 use super::area::Polygon;
@@ -79,6 +80,11 @@ pub fn spot(location: &Location) -> (&'static str, Vec<VertexId>) {
         Location::InTriangle(triangle) => ("triangle", triangle.vertices.iter().map(|vertex| vertex.id).collect()),
         Location::Outside => ("outside", Vec::new()),
     }
+}
+
+/// The same for people, on one line.
+pub fn shown_name(number: Option<u64>, id: Option<&str>) -> String {
+    shown::text(&name(number, id)).into_owned()
 }
 
 /// The id of a site, or its number if it has none.

@@ -1,11 +1,10 @@
 //! What is asked for: points on the command line and in files.
 
-use std::fs::File;
-use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-use anyhow::{Context, bail};
 use delaunay_tiles::geometry::Point;
+use delaunay_tiles::input::RowFile;
+use delaunay_tiles::shown;
 
 /// What one query is about.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,25 +34,35 @@ fn numbers(row: &str) -> Option<Vec<f64>> {
         .filter(|numbers| numbers.iter().all(|number| number.is_finite()))
 }
 
-/// Reads a file of points or of ways. The first row may be a header, and empty rows are none.
+/// Reads a file of points or of ways. The first row may be a header; blank rows and those that
+/// begin with # are none.
 pub fn read(path: &Path, ways: bool) -> anyhow::Result<Vec<Question>> {
-    let shown = path.display();
-    let file = File::open(path).with_context(|| format!("cannot read {shown}"))?;
-    let expected = if ways { "from_x,from_y,to_x,to_y" } else { "x,y" };
+    let mut rows = RowFile::open(path)?;
+    let (expected, hint) = match ways {
+        false => ("x,y", "a row is two numbers with a comma between them"),
+        true => (
+            "from_x,from_y,to_x,to_y",
+            "a row is four numbers with commas between them",
+        ),
+    };
     let mut questions = Vec::new();
-    for (row, number) in BufReader::new(file).lines().zip(1u64..) {
-        let row = row.with_context(|| format!("cannot read {shown}, row {number}"))?;
-        let row = row.trim_start_matches('\u{feff}').trim();
-        if row.is_empty() {
-            continue;
-        }
-        let question = match (numbers(row).as_deref(), ways) {
+    let mut is_first = true;
+    while let Some((row, _)) = rows.next_row()? {
+        let text = std::str::from_utf8(row).unwrap_or_default();
+        let question = match (numbers(text).as_deref(), ways) {
             (Some(&[x, y]), false) => Question::At(Point::new(x, y)),
             (Some(&[x, y, to_x, to_y]), true) => Question::Way(Point::new(x, y), Point::new(to_x, to_y)),
             // A header has no numbers at all.
-            (None, _) if number == 1 && row.split(',').all(|cell| cell.trim().parse::<f64>().is_err()) => continue,
-            _ => bail!("{shown}, row {number}: '{row}' is not {expected}, in numbers"),
+            (None, _) if is_first && text.split(',').all(|cell| cell.trim().parse::<f64>().is_err()) => {
+                is_first = false;
+                continue;
+            }
+            _ => {
+                let problem = format!("`{}` is not {expected}", shown::excerpt(row));
+                return Err(rows.wrong_row(problem, hint).into());
+            }
         };
+        is_first = false;
         questions.push(question);
     }
     Ok(questions)

@@ -9,6 +9,7 @@ use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{DistanceOutcome, PairDistance};
+use delaunay_tiles::shown;
 use delaunay_tiles::store::TileReader;
 use futures::TryStreamExt;
 use serde_json::{Value, json};
@@ -236,7 +237,8 @@ fn object(from: &Ends, to: &Ends, found: &PairDistance) -> Value {
 fn text(from: &Ends, to: &Ends, found: &PairDistance) -> String {
     let [a, b] = [from.points[found.from], to.points[found.to]];
     let names = [from.name(found.from), to.name(found.to)];
-    let mut text = format!("{} ({}, {}) to {} ({}, {})", names[0], a.x, a.y, names[1], b.x, b.y);
+    let [from, to] = names.each_ref().map(|name| shown::text(name));
+    let mut text = format!("{from} ({}, {}) to {to} ({}, {})", a.x, a.y, b.x, b.y);
     say(&mut text, status(found.outcome));
     if let DistanceOutcome::Found(distance) = found.outcome {
         text += &format!(": {}", distance.value);

@@ -7,7 +7,7 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Distance, Near, Path, SiteFound};
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Found, Status, name, spot};
+use super::answer::{Answer, Found, Status, name, shown_name, spot};
 use super::ask::Ask;
 use super::batch::Question;
 use super::progress::Stage;
@@ -52,7 +52,11 @@ impl Printer {
         match self.format {
             Format::Text => write!(self.out, "{}", text(answer))?,
             Format::Json => writeln!(self.out, "{}", object(answer))?,
-            Format::Csv => write!(self.out, "{}", rows(answer))?,
+            Format::Csv => {
+                for row in rows(answer) {
+                    writeln!(self.out, "{row}")?;
+                }
+            }
             Format::GeoJson => self.print_features(features(answer))?,
         }
         Ok(())
@@ -74,7 +78,7 @@ impl Printer {
             }
             Format::Csv => {
                 let cells = stage.map_or_else(|| ",,".to_owned(), Stage::cells);
-                for row in rows(answer).lines() {
+                for row in rows(answer) {
                     writeln!(self.out, "{row},{cells}")?;
                 }
             }
@@ -150,28 +154,29 @@ fn asked(question: Question) -> String {
     }
 }
 
-fn rows(answer: &Answer) -> String {
+/// Rows of a table. A cell in quotes may have line ends in it.
+fn rows(answer: &Answer) -> Vec<String> {
     let (asked, status) = (asked(answer.question), answer.status.name());
-    let mut rows = String::new();
+    let mut rows = Vec::new();
     match &answer.found {
         Found::Location(location) => {
             let (what, vertices) = spot(location);
             let mut vertices: Vec<String> = vertices.iter().map(ToString::to_string).collect();
             vertices.resize(3, String::new());
-            _ = writeln!(rows, "{asked},{status},{what},{}", vertices.join(","));
+            rows.push(format!("{asked},{status},{what},{}", vertices.join(",")));
         }
         Found::Near(all) => {
             for (near, rank) in all.iter().zip(1..) {
                 let (vertex, at) = (near.vertex.id, pair(near.vertex.point));
                 let site = cell(&name(near.site, near.id.as_deref()));
-                _ = writeln!(rows, "{asked},{rank},{vertex},{site},{at},{}", near.distance);
+                rows.push(format!("{asked},{rank},{vertex},{site},{at},{}", near.distance));
             }
         }
         Found::Sites(sites) => {
             for (site, rank) in sites.iter().zip(1..) {
                 let name = cell(&name(Some(site.number), site.id.as_deref()));
                 let (at, distance) = (pair(site.vertex.point), bounds(&site.distance));
-                _ = writeln!(rows, "{asked},ok,{rank},{name},{at},{distance}");
+                rows.push(format!("{asked},ok,{rank},{name},{at},{distance}"));
             }
             if answer.status != Status::Ok {
                 let lower = if let Status::Budget(at_least) = answer.status {
@@ -179,7 +184,7 @@ fn rows(answer: &Answer) -> String {
                 } else {
                     String::new()
                 };
-                _ = writeln!(rows, "{asked},{status},,,,,,{lower},");
+                rows.push(format!("{asked},{status},,,,,,{lower},"));
             }
         }
         Found::Path(path) => {
@@ -188,14 +193,14 @@ fn rows(answer: &Answer) -> String {
                 (None, Status::Budget(at_least)) => format!(",{at_least},"),
                 (None, _) => ",,".to_owned(),
             };
-            _ = writeln!(rows, "{asked},{status},{bounds}");
+            rows.push(format!("{asked},{status},{bounds}"));
         }
         Found::Along(intervals) => {
             for interval in intervals {
-                _ = writeln!(rows, "{asked},{}", along::row(interval));
+                rows.push(format!("{asked},{}", along::row(interval)));
             }
             if answer.status != Status::Ok {
-                _ = writeln!(rows, "{asked},,,,,,,{status},");
+                rows.push(format!("{asked},,,,,,,{status},"));
             }
         }
     }
@@ -427,7 +432,7 @@ fn text(answer: &Answer) -> String {
             for (near, rank) in all.iter().zip(1..) {
                 let Point { x, y } = near.vertex.point;
                 let what = match near.site {
-                    Some(number) => format!("site {}", name(Some(number), near.id.as_deref())),
+                    Some(number) => format!("site {}", shown_name(Some(number), near.id.as_deref())),
                     None => format!("vertex {}", near.vertex.id),
                 };
                 _ = writeln!(text, "{rank:4}  {:<20} {what} at ({x}, {y})", near.distance);
@@ -437,7 +442,7 @@ fn text(answer: &Answer) -> String {
             text.push('\n');
             for (site, rank) in sites.iter().zip(1..) {
                 let Point { x, y } = site.vertex.point;
-                let name = name(Some(site.number), site.id.as_deref());
+                let name = shown_name(Some(site.number), site.id.as_deref());
                 let about = uncertainty(&site.distance);
                 _ = writeln!(
                     text,

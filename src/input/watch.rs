@@ -1,0 +1,261 @@
+//! Files that must stay as they are while they are read, and reading that others can watch and
+//! stop.
+//!
+//! In: a path, or a stream. Out: a [`Watched`] reader of the bytes, and its [`Watch`], which says
+//! at the end whether the file is still what it was at opening. All readers of this module get
+//! their bytes from here.
+//!
+//! A regular file has changed if its length or its time of modification is another one, if it ended
+//! before or behind its length, or if a path that is opened again names another file. Streams have
+//! no length, so nothing is compared.
+
+use super::InputError;
+use std::fs::{File, Metadata};
+use std::io::{self, Read, Seek, SeekFrom};
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+/// What tells a file from others, and from itself before a change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FileStamp {
+    /// Bytes.
+    pub length: u64,
+    /// The time of the last modification: nanoseconds since 1970.
+    pub modified: i128,
+    /// The number of its file system.
+    pub device: u64,
+    /// Its number there.
+    pub inode: u64,
+}
+
+impl FileStamp {
+    fn of(metadata: &Metadata) -> Self {
+        Self {
+            length: metadata.len(),
+            modified: i128::from(metadata.mtime()) * 1_000_000_000 + i128::from(metadata.mtime_nsec()),
+            device: metadata.dev(),
+            inode: metadata.ino(),
+        }
+    }
+
+    /// Says how a file that has this stamp now differs from what it was; `None` if it does not.
+    #[must_use]
+    pub fn change_since(&self, before: &Self) -> Option<String> {
+        if (self.device, self.inode) != (before.device, before.inode) {
+            Some("another file has taken its place".to_owned())
+        } else if self.length != before.length {
+            Some(format!("it had {} bytes, and has {}", before.length, self.length))
+        } else if self.modified != before.modified {
+            Some("it was written to".to_owned())
+        } else {
+            None
+        }
+    }
+}
+
+/// How far the reading of a source is, and the way to stop it. Clones share it.
+#[derive(Clone, Debug, Default)]
+pub struct Reading(Arc<ReadingState>);
+
+#[derive(Debug, Default)]
+struct ReadingState {
+    bytes: AtomicU64,
+    is_stopped: AtomicBool,
+}
+
+impl Reading {
+    /// Bytes read by now: of compressed files the compressed ones, and the beginnings of files
+    /// twice.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.0.bytes.load(Ordering::Relaxed)
+    }
+
+    /// Has the source end with [`InputError::Stopped`], within a read of at most some 256 KiB.
+    pub fn stop(&self) {
+        self.0.is_stopped.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether it was stopped.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        self.0.is_stopped.load(Ordering::Relaxed)
+    }
+
+    /// Fails if it was stopped.
+    pub(super) fn check(&self) -> Result<(), InputError> {
+        match self.is_stopped() {
+            true => Err(InputError::Stopped),
+            false => Ok(()),
+        }
+    }
+
+    /// Fails if it was stopped, within a reader of bytes; [`Watch::explain`] makes the error of it
+    /// that a caller gets.
+    pub(super) fn check_io(&self) -> io::Result<()> {
+        match self.is_stopped() {
+            true => Err(io::Error::other("reading was stopped")),
+            false => Ok(()),
+        }
+    }
+}
+
+/// What is known of an input while it is read.
+pub(super) struct Watch {
+    pub path: Arc<Path>,
+    pub reading: Reading,
+    /// A regular file, and what it was at opening.
+    file: Option<(Arc<File>, FileStamp)>,
+    taken: AtomicU64,
+    /// The smallest offset at which there were no more bytes; `u64::MAX` if its end was not come
+    /// to.
+    end: AtomicU64,
+}
+
+/// A reader that counts what it hands out, and stops when it is told to.
+pub(super) struct Watched<R> {
+    inner: R,
+    position: u64,
+    pub watch: Arc<Watch>,
+}
+
+impl Watched<Arc<File>> {
+    /// Opens a file. If it was open before, it must be the same one and unchanged.
+    pub fn open(path: &Path, reading: &Reading, before: Option<FileStamp>) -> Result<Self, InputError> {
+        let (file, metadata) = open_file(path)?;
+        let file = Arc::new(file);
+        let stamp = metadata.as_ref().map(FileStamp::of);
+        if let Some(before) = before {
+            let change = stamp.map_or_else(
+                || Some("it is no regular file any more".to_owned()),
+                |stamp| stamp.change_since(&before),
+            );
+            if let Some(what) = change {
+                return Err(changed(path, what));
+            }
+        }
+        Ok(Self::new(
+            Arc::clone(&file),
+            path,
+            reading,
+            stamp.map(|stamp| (file, stamp)),
+        ))
+    }
+}
+
+impl<R> Watched<R> {
+    /// A stream, with a name for messages.
+    pub fn stream(inner: R, name: &Path, reading: &Reading) -> Self {
+        Self::new(inner, name, reading, None)
+    }
+
+    fn new(inner: R, path: &Path, reading: &Reading, file: Option<(Arc<File>, FileStamp)>) -> Self {
+        Self {
+            inner,
+            position: 0,
+            watch: Arc::new(Watch {
+                path: path.into(),
+                reading: reading.clone(),
+                file,
+                taken: AtomicU64::new(0),
+                end: AtomicU64::new(u64::MAX),
+            }),
+        }
+    }
+}
+
+impl<R: Read> Read for Watched<R> {
+    fn read(&mut self, buf: &mut [u8]) -> io::Result<usize> {
+        let watch = &self.watch;
+        watch.reading.check_io()?;
+        let n = self.inner.read(buf)?;
+        if n == 0 && !buf.is_empty() {
+            watch.end.fetch_min(self.position, Ordering::Relaxed);
+        }
+        self.position += n as u64;
+        watch.taken.fetch_add(n as u64, Ordering::Relaxed);
+        watch.reading.0.bytes.fetch_add(n as u64, Ordering::Relaxed);
+        Ok(n)
+    }
+}
+
+impl<R: Seek> Seek for Watched<R> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.position = self.inner.seek(to)?;
+        Ok(self.position)
+    }
+}
+
+impl Watch {
+    /// What the file was at opening; `None` of streams.
+    pub fn stamp(&self) -> Option<FileStamp> {
+        self.file.as_ref().map(|(_, stamp)| *stamp)
+    }
+
+    /// The length of the file at opening; `None` of streams.
+    pub fn size(&self) -> Option<u64> {
+        self.stamp().map(|stamp| stamp.length)
+    }
+
+    /// Bytes handed out by now.
+    pub fn taken(&self) -> u64 {
+        self.taken.load(Ordering::Relaxed)
+    }
+
+    /// Fails if the file is not what it was at opening. To be asked when all was read.
+    pub fn check(&self) -> Result<(), InputError> {
+        let Some((file, before)) = &self.file else {
+            return Ok(());
+        };
+        let metadata = file.metadata().map_err(|source| InputError::Read {
+            path: self.path.to_path_buf(),
+            offset: self.taken(),
+            source,
+        })?;
+        if let Some(what) = FileStamp::of(&metadata).change_since(before) {
+            return Err(changed(&self.path, what));
+        }
+        match self.end.load(Ordering::Relaxed) {
+            u64::MAX => Ok(()),
+            end if end == before.length => Ok(()),
+            end => Err(changed(
+                &self.path,
+                format!("it had {} bytes, and ended behind {end}", before.length),
+            )),
+        }
+    }
+
+    /// The error that a reader's error comes from: the reading was stopped, the file changed, or
+    /// none of these.
+    pub fn explain(&self, error: InputError) -> InputError {
+        let checked = self.reading.check().and_then(|()| self.check());
+        checked.err().unwrap_or(error)
+    }
+}
+
+fn changed(path: &Path, what: String) -> InputError {
+    InputError::Changed {
+        path: path.to_owned(),
+        what,
+    }
+}
+
+/// Notes a file among those that were read.
+pub(super) fn note(stamps: &mut Vec<(PathBuf, FileStamp)>, watch: &Watch) {
+    stamps.extend(watch.stamp().map(|stamp| (watch.path.to_path_buf(), stamp)));
+}
+
+/// Opens a file, with its metadata if it is a regular file: pipes and devices have no size.
+pub(super) fn open_file(path: &Path) -> Result<(File, Option<Metadata>), InputError> {
+    let open = || {
+        let file = File::open(path)?;
+        let metadata = file.metadata()?;
+        Ok((file, metadata.is_file().then_some(metadata)))
+    };
+    open().map_err(|source| InputError::Open {
+        path: path.to_owned(),
+        source,
+    })
+}

@@ -1,0 +1,54 @@
+//! A client that takes no more of a server's error than a message needs.
+//!
+//! Crate `object_store` gathers the body of every error in memory, however long it is. What a
+//! request for a range gets is counted where it is [gathered](super::Object).
+
+use std::fmt;
+
+use futures::StreamExt;
+use object_store::ClientOptions;
+use object_store::client::{
+    HttpClient, HttpConnector, HttpError, HttpRequest, HttpResponse, HttpService, ReqwestConnector,
+};
+
+/// Bytes of an error that are read.
+const LONGEST_ERROR: usize = 4 << 10;
+
+/// Connects guarded clients.
+#[derive(Debug)]
+pub(super) struct Guard;
+
+struct Guarded(HttpClient);
+
+impl fmt::Debug for Guarded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Guarded").finish_non_exhaustive()
+    }
+}
+
+impl HttpConnector for Guard {
+    fn connect(&self, options: &ClientOptions) -> object_store::Result<HttpClient> {
+        let client = ReqwestConnector::default().connect(options)?;
+        Ok(HttpClient::new(Guarded(client)))
+    }
+}
+
+#[async_trait::async_trait]
+impl HttpService for Guarded {
+    async fn call(&self, request: HttpRequest) -> Result<HttpResponse, HttpError> {
+        let answer = self.0.execute(request).await?;
+        if answer.status().is_success() {
+            return Ok(answer);
+        }
+        let (parts, body) = answer.into_parts();
+        let (mut text, mut body) = (Vec::new(), body.bytes_stream());
+        // An error within an error is no news.
+        while let Some(Ok(part)) = body.next().await
+            && text.len() < LONGEST_ERROR
+        {
+            text.extend_from_slice(&part[..part.len().min(LONGEST_ERROR - text.len())]);
+        }
+        let text = String::from_utf8_lossy(&text).into_owned();
+        Ok(HttpResponse::from_parts(parts, text.into()))
+    }
+}

@@ -1,0 +1,59 @@
+//! Files on disk are regular files: to open a FIFO would be to wait for its writer, and to open a
+//! device may do anything.
+
+use std::fs::{File, Metadata, OpenOptions};
+use std::io;
+use std::os::unix::fs::FileTypeExt;
+use std::path::Path;
+
+/// Opens a regular file in this way, and gives what is known of it.
+///
+/// # Errors
+/// [`io::ErrorKind::IsADirectory`] of a folder and [`io::ErrorKind::InvalidInput`] of anything else
+/// that is no regular file, none of which is opened; what the system says.
+pub fn open_regular(path: &Path, how: &OpenOptions) -> io::Result<(File, Metadata)> {
+    check(&std::fs::metadata(path)?)?;
+    let file = how.open(path)?;
+    let metadata = file.metadata()?;
+    check(&metadata)?;
+    Ok((file, metadata))
+}
+
+fn check(metadata: &Metadata) -> io::Result<()> {
+    let kind = metadata.file_type();
+    if kind.is_file() {
+        return Ok(());
+    }
+    if kind.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    let what = if kind.is_fifo() {
+        "a FIFO"
+    } else if kind.is_socket() {
+        "a socket"
+    } else {
+        "a device"
+    };
+    Err(io::Error::new(
+        io::ErrorKind::InvalidInput,
+        format!("this is {what}, and not a file that can be read at any place"),
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_regular_file_is_told_and_not_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let fifo = folder.path().join("fifo");
+        let made = std::process::Command::new("mkfifo").arg(&fifo).status();
+        assert!(made.is_ok_and(|status| status.success()));
+        let error = |path: &Path| open_regular(path, File::options().read(true)).unwrap_err();
+        assert!(error(&fifo).to_string().contains("a FIFO"));
+        assert!(error(Path::new("/dev/zero")).to_string().contains("a device"));
+        assert_eq!(error(folder.path()).kind(), io::ErrorKind::IsADirectory);
+        assert_eq!(error(&folder.path().join("none")).kind(), io::ErrorKind::NotFound);
+    }
+}
