@@ -109,7 +109,7 @@ async fn constrain(file: &Path, lines: Lines, memory: u64) -> anyhow::Result<(Ed
             };
             let named = match &error {
                 EditError::Outside { line, .. } | EditError::OpenRing { line } => Some(name(*line)),
-                EditError::Inverted { first, .. } => Some(name(first.obstacle)),
+                EditError::Inverted(inverted) => Some(name(inverted.first.obstacle)),
                 EditError::Crossed { line, other, .. } => {
                     let other = other.map(|other| format!(" and {}", name(other.number())));
                     Some(name(line.number()) + &other.unwrap_or_default())
