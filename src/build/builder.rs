@@ -310,7 +310,12 @@ impl Builder {
         let may_cross = self.terms.options.crossings == Crossings::Split;
         let memory = self.terms.options.memory;
         let polygons = self.polygons.numbers();
-        let split = SplitLines::of((&mut self.segments, polygons), memory, (may_cross, &borders), &mut points)?;
+        let split = SplitLines::of(
+            (&mut self.segments, polygons),
+            memory,
+            (may_cross, &borders),
+            &mut points,
+        )?;
         let Some(lines) = split else {
             return Ok(first_record);
         };

@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use super::polygons::Inverted;
 use super::options::Phase;
+use super::polygons::Inverted;
 
 /// What a finished build tells of itself.
 #[derive(Clone, Debug, Default)]

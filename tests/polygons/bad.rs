@@ -261,7 +261,13 @@ fn rings_that_are_nested_wrongly() {
     let built = is_inside_out(&[twice, "[[[2,2],[2,0],[3,0],[2,2]]]"], 1, 2, 1, [2.0, 2.0]);
     assert_eq!(built.depths(), [0, 1]);
     // A bow-tie that has a corner where it crosses itself; its lobes are covered if both run the same way.
-    is_inside_out(&["[[[0,0],[4,4],[8,12],[0,12],[4,4],[8,0],[0,0]]]"], 1, 1, 1, [0.0, 0.0]);
+    is_inside_out(
+        &["[[[0,0],[4,4],[8,12],[0,12],[4,4],[8,0],[0,0]]]"],
+        1,
+        1,
+        1,
+        [0.0, 0.0],
+    );
     let eight = accepted(&["[[[0,0],[8,0],[4,4],[8,12],[0,12],[4,4],[0,0]]]"]);
     assert_eq!(eight.covered(), (16.0 + 32.0, 2));
     assert_eq!(
@@ -291,11 +297,22 @@ fn what_is_inside_out_frees_nothing_that_another_polygon_covers() {
     let beside = "[[[0,0],[8,0],[8,8],[0,8]],[[10,2],[14,2],[14,6],[10,6]]]";
     let around = "[[[9,1],[15,1],[15,7],[9,7]]]";
     let same = "[[[10,2],[14,2],[14,6],[10,6]]]";
-    assert_eq!(is_inside_out(&[beside, around], 1, 1, 1, [10.0, 2.0]).covered().0, 64.0 + 36.0);
-    assert_eq!(is_inside_out(&[same, beside], 1, 1, 2, [10.0, 2.0]).covered().0, 64.0 + 16.0);
+    assert_eq!(
+        is_inside_out(&[beside, around], 1, 1, 1, [10.0, 2.0]).covered().0,
+        64.0 + 36.0
+    );
+    assert_eq!(
+        is_inside_out(&[same, beside], 1, 1, 2, [10.0, 2.0]).covered().0,
+        64.0 + 16.0
+    );
     // A hole in a hole, under another polygon.
     let nested = "[[[0,0],[9,0],[9,9],[0,9]],[[1,1],[8,1],[8,8],[1,8]],[[2,2],[4,2],[4,4],[2,4]]]";
-    assert_eq!(is_inside_out(&[nested, "[[[2,2],[4,2],[4,4],[2,4]]]"], 1, 1, 1, [2.0, 2.0]).covered().0, 81.0 - 49.0 + 4.0);
+    assert_eq!(
+        is_inside_out(&[nested, "[[[2,2],[4,2],[4,4],[2,4]]]"], 1, 1, 1, [2.0, 2.0])
+            .covered()
+            .0,
+        81.0 - 49.0 + 4.0
+    );
 }
 
 /// A ring without area whose lobes cancel out was taken for one that encloses nothing.
@@ -318,7 +335,10 @@ fn lobes_of_equal_size_are_covered_both() {
 fn a_ring_that_crosses_itself_in_the_corner_of_another_polygon_is_inside_out() {
     let bow = "[[[0,0],[8,8],[8,0],[2,6],[0,0]]]";
     let error = build(&[bow], Crossings::Error).unwrap_err();
-    assert!(matches!(error.downcast_ref(), Some(BuildError::Crossings { count: 1, .. })), "{error}");
+    assert!(
+        matches!(error.downcast_ref(), Some(BuildError::Crossings { count: 1, .. })),
+        "{error}"
+    );
     let built = is_inside_out(&[bow, "[[[4,4],[6,20],[2,20],[4,4]]]"], 1, 1, 1, [0.0, 0.0]);
     assert_eq!(built.covered(), (16.0 + 8.0 + 32.0, 3));
 }
@@ -329,5 +349,8 @@ fn a_polygon_that_is_inside_out_comes_before_lines_that_cross() {
     let crossing = ["[[[0,0],[8,0],[8,8],[0,8]]]", "[[[4,4],[12,4],[12,12],[4,12]]]"];
     let beside = "[[[20,0],[28,0],[28,8],[20,8]],[[30,2],[34,2],[34,6],[30,6]]]";
     let error = build(&[crossing[0], crossing[1], beside], Crossings::Error).unwrap_err();
-    assert!(error.to_string().starts_with("obstacle 3 is inside out at (30, 2): "), "{error}");
+    assert!(
+        error.to_string().starts_with("obstacle 3 is inside out at (30, 2): "),
+        "{error}"
+    );
 }

@@ -58,7 +58,9 @@ impl Arrivals {
     ///
     /// Errors are those of [`PolygonCheck::push`].
     pub(in crate::build) fn faults(&mut self) -> Result<PolygonFaults, BuildError> {
-        self.check.as_mut().map_or_else(|| Ok(PolygonFaults::default()), PolygonCheck::finish)
+        self.check
+            .as_mut()
+            .map_or_else(|| Ok(PolygonFaults::default()), PolygonCheck::finish)
     }
 
     /// What is wrong with any, once all points have come.
@@ -71,7 +73,10 @@ impl Arrivals {
         };
         let mut by_ends = self.by_ends;
         segments.for_each_chunk(|some| {
-            for segment in some.iter().filter(|segment| segment.source.kind() == LineKind::Obstacle) {
+            for segment in some
+                .iter()
+                .filter(|segment| segment.source.kind() == LineKind::Obstacle)
+            {
                 match by_ends.checked_sub(1) {
                     Some(left) => by_ends = left,
                     None => check.take(segment.source.number(), segment.source.number(), segment.ends)?,

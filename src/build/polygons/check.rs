@@ -37,7 +37,7 @@ pub struct InvertedPolygons {
 pub struct PolygonFaults {
     /// The first polygon whose rings do not close.
     pub open: Option<u64>,
-    /// Those that are inside out, and whose rings do not cross.
+    /// Those that are inside out, and whose rings do not cross, apart from sides that are gone along there and back.
     pub inverted: Option<InvertedPolygons>,
     /// Those that are inside out if their rings, which cross, do so at vertices only. Else the crossings are to be told of.
     pub inverted_if_uncrossed: Option<InvertedPolygons>,
@@ -193,7 +193,11 @@ impl PolygonCheck {
     fn sweep_in_strips(&self, mut spool: SegmentSpool) -> Result<Outcome, BuildError> {
         let cuts = self.cuts(&mut spool)?;
         let ends = [f64::NEG_INFINITY, f64::INFINITY];
-        let sides: Vec<f64> = [ends[0]].into_iter().chain(cuts.iter().copied()).chain([ends[1]]).collect();
+        let sides: Vec<f64> = [ends[0]]
+            .into_iter()
+            .chain(cuts.iter().copied())
+            .chain([ends[1]])
+            .collect();
         let (mut smallest, mut any_meets) = (None, false);
         for strip in sides.windows(2) {
             let strip = [strip[0], strip[1]];

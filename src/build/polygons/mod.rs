@@ -12,7 +12,7 @@ mod put_right;
 mod status;
 mod sweep;
 
-pub use check::{Inverted, InvertedPolygons, PolygonCheck, PolygonFaults};
 pub(super) use arrivals::{Arrivals, PolygonNumbers};
 pub(super) use check::Runs;
+pub use check::{Inverted, InvertedPolygons, PolygonCheck, PolygonFaults};
 pub(super) use put_right::{PutRight, put_right};

@@ -345,7 +345,13 @@ impl Faces {
 
     /// Labels the edges that leave a point, given those next below it, and that which was the highest there. Returns whether the
     /// windings agree.
-    fn label(&mut self, edges: &[Edge], point: Point, [lower, highest]: [Option<&Entry>; 2], made: &mut [Entry]) -> bool {
+    fn label(
+        &mut self,
+        edges: &[Edge],
+        point: Point,
+        [lower, highest]: [Option<&Entry>; 2],
+        made: &mut [Entry],
+    ) -> bool {
         let (mut winding, face) = lower.map_or((0, 0), |entry| (entry.windings[1], entry.face));
         let above = highest.map_or((winding, face), |entry| (entry.windings[1], entry.face));
         if made.is_empty() && winding < 0 && winding == above.0 {

@@ -55,10 +55,13 @@ fn is_flat(ring: &[Spot]) -> bool {
         return true;
     }
     let next = ring.iter().cycle().skip(1);
-    let ways = ring.iter().zip(next).map(|(from, to)| match from.point.lex_cmp(to.point) {
-        Ordering::Less => ([from.point, to.point], 1),
-        _ => ([to.point, from.point], -1),
-    });
+    let ways = ring
+        .iter()
+        .zip(next)
+        .map(|(from, to)| match from.point.lex_cmp(to.point) {
+            Ordering::Less => ([from.point, to.point], 1),
+            _ => ([to.point, from.point], -1),
+        });
     let mut ways: Vec<([Point; 2], i64)> = ways.collect();
     ways.sort_unstable_by(|([a, b], _), ([c, d], _)| a.lex_cmp(*c).then(b.lex_cmp(*d)));
     let mut same = ways.chunk_by(|one, other| one.0 == other.0);

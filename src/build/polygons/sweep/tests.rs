@@ -155,7 +155,11 @@ fn faces_are_counted_once() {
     let at = |x: i32, y: i32| Point::new(x.into(), y.into());
     let ring = |corners: &[(i32, i32)]| -> Vec<[Point; 2]> {
         let next = corners.iter().cycle().skip(1);
-        corners.iter().zip(next).map(|(&(a, b), &(c, d))| [at(a, b), at(c, d)]).collect()
+        corners
+            .iter()
+            .zip(next)
+            .map(|(&(a, b), &(c, d))| [at(a, b), at(c, d)])
+            .collect()
     };
     let faces = |segments: &[Vec<[Point; 2]>]| match Sweep::new(segments.concat().into_iter()).run(None, &mut |_| {}) {
         Outcome::Seen { first, faces, .. } => (first, faces),
@@ -165,12 +169,18 @@ fn faces_are_counted_once() {
     // A face that opens to the left comes from three corners, and is one.
     let comb = ring(&[(0, 0), (3, 1), (0, 2), (3, 3), (0, 4), (9, 4), (9, 0)]);
     let comb: Vec<[Point; 2]> = comb.into_iter().map(|[a, b]| [b, a]).collect();
-    assert_eq!(faces(&[ring(&[(0, 0), (3, 1), (0, 2), (3, 3), (0, 4), (9, 4), (9, 0)])]), (Some(at(0, 0)), 1));
+    assert_eq!(
+        faces(&[ring(&[(0, 0), (3, 1), (0, 2), (3, 3), (0, 4), (9, 4), (9, 0)])]),
+        (Some(at(0, 0)), 1)
+    );
     assert_eq!(faces(&[comb]), (None, 0));
     // Those that touch in a corner are two.
     assert_eq!(faces(&[turned(0, 0), turned(1, 1)]), (Some(at(0, 0)), 2));
     // Deeper ones are others.
-    assert_eq!(faces(&[turned(5, 5), ring(&[(0, 0), (0, 9), (9, 9), (9, 0)])]), (Some(at(0, 0)), 2));
+    assert_eq!(
+        faces(&[turned(5, 5), ring(&[(0, 0), (0, 9), (9, 9), (9, 0)])]),
+        (Some(at(0, 0)), 2)
+    );
 }
 
 /// More edges side by side than one list of the status has.
@@ -179,7 +189,11 @@ fn a_comb_with_many_teeth() {
     let mut corners = Vec::new();
     for tooth in 0..2000 {
         let y = f64::from(tooth);
-        corners.extend([Point::new(0.0, y), Point::new(1000.0, y + 0.25), Point::new(0.0, y + 0.5)]);
+        corners.extend([
+            Point::new(0.0, y),
+            Point::new(1000.0, y + 0.25),
+            Point::new(0.0, y + 0.5),
+        ]);
     }
     corners.extend([Point::new(-1.0, 2000.0), Point::new(-1.0, 0.0)]);
     let sides = |corners: &[Point]| -> Vec<[Point; 2]> {
@@ -188,7 +202,11 @@ fn a_comb_with_many_teeth() {
     };
     let mut segments = sides(&corners);
     let run = |segments: &[[Point; 2]]| Sweep::new(segments.iter().copied()).run(None, &mut |_| {});
-    let seen = |first, faces| Outcome::Seen { first, faces, meets: false };
+    let seen = |first, faces| Outcome::Seen {
+        first,
+        faces,
+        meets: false,
+    };
     assert_eq!(run(&segments), seen(None, 0));
     // A hole in the last tooth, and one beside it.
     let hole = |x: f64, y: f64| sides(&[Point::new(x, y), Point::new(x, y + 0.1), Point::new(x + 1.0, y + 0.05)]);
