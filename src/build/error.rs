@@ -226,7 +226,7 @@ pub enum BuildError {
     #[error(
         "so much of obstacle {obstacle} lies side by side that checking it takes about {needed} MiB of memory, and {budget} MiB \
          are allowed for that; allow {factor} times as much in all",
-        needed = needed.div_ceil(1 << 20), budget = budget >> 20, factor = needed.div_ceil(*budget)
+        needed = needed.div_ceil(1 << 20), budget = budget >> 20, factor = needed.div_ceil((*budget).max(1))
     )]
     PolygonMemory {
         /// The number of the polygon's record.

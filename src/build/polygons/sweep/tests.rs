@@ -78,13 +78,16 @@ proptest! {
         let sweep = Sweep::new(segments.iter().copied());
         let mut parts = Vec::new();
         let outcome = sweep.run(None, &mut |part| parts.push(part));
-        let (any_cross, all_at_points) = crossings(&segments);
+        let (_, all_at_points) = crossings(&segments);
         let Outcome::Seen { first, faces, meets } = outcome else {
             prop_assert_eq!(outcome, Outcome::Crosses);
             prop_assert!(!all_at_points);
             return Ok(());
         };
-        prop_assert!(!meets || any_cross);
+        // Where a way there and back ends there may be a vertex of it: the sweep leaves it out.
+        let is_changed = |&[a, b]: &[Point; 2]| sweep.edge_between(a, b).is_some();
+        let changed: Vec<[Point; 2]> = segments.iter().copied().filter(is_changed).collect();
+        prop_assert!(!meets || crossings(&changed).0);
         let mut smallest: Option<Point> = None;
         for part in &parts {
             let [a, b] = part.ends;
@@ -128,7 +131,7 @@ proptest! {
             let mut check = PolygonCheck::new(folder.path(), memory);
             for (polygon, number) in polygons.iter().zip(0..) {
                 for &ends in polygon {
-                    check.take(number, 10 + number, ends).unwrap();
+                    check.take(number, 10 + number, ends)?;
                 }
             }
             check.finish()
@@ -143,8 +146,8 @@ proptest! {
     #[test]
     fn a_ring_that_does_not_close_is_found(segments in rings(), left_out in 0usize..20) {
         let mut segments: Vec<[Point; 2]> = segments.into_iter().filter(|[a, b]| a != b).collect();
-        prop_assume!(left_out < segments.len());
-        segments.remove(left_out);
+        prop_assume!(!segments.is_empty());
+        segments.remove(left_out % segments.len());
         let outcome = Sweep::new(segments.into_iter()).run(None, &mut |_| {});
         prop_assert!(matches!(outcome, Outcome::Open | Outcome::Crosses), "{:?}", outcome);
     }
