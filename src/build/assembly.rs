@@ -18,13 +18,13 @@ use super::conquest::{Conquest, ConquestLimits};
 use super::constrain::Deferral;
 use super::edit::{EditError, EditSummary, Target, Work, edit};
 use super::intake::{Points, Terms};
-use super::inverted;
 use super::journal::{FinishedBlocks, JournalReader, SavedPlan};
 use super::leaf::LeafRules;
-use super::options::{Crossings, DuplicateRule};
+use super::options::DuplicateRule;
 use super::output::{Journal, Output};
 use super::pipeline;
 use super::point_store::PointStore;
+use super::polygons::{InvertedPolygons, PutRight};
 use super::prefetch::{self, Coming, Prefetched};
 use super::regions::HoleRules;
 use super::schedule::{BlockPoints, Board};
@@ -64,6 +64,10 @@ pub(super) struct Given {
     pub(super) borders: Vec<[Point; 2]>,
     /// Points at which segments were split.
     pub(super) split_points: u64,
+    /// Obstacles that are inside out, but for crossings of their rings that no vertex lies at, which are told of first.
+    pub(super) inverted_if_uncrossed: Option<InvertedPolygons>,
+    /// What became of those that were put right.
+    pub(super) put_right: PutRight,
 }
 
 /// Makes a file of what came.
@@ -303,16 +307,8 @@ impl Assembly {
                 edited
             }
         };
-        let first_inverted = match deferred.is_empty() {
-            true => inverted::first(&path, &regions.with_inverted, self.options.memory).await?,
-            false => edited.first_inverted,
-        };
-        let inverted_regions = regions.inverted_regions + edited.inverted_regions;
-        if let Some(first) = first_inverted.filter(|_| self.options.crossings == Crossings::Error) {
-            return Err(BuildError::Inverted {
-                first,
-                regions: inverted_regions,
-            });
+        if let Some(inverted) = self.given.inverted_if_uncrossed {
+            return Err(BuildError::Inverted(inverted));
         }
         if self.options.progress.is_cancelled() {
             return Err(BuildError::Cancelled);
@@ -352,8 +348,8 @@ impl Assembly {
             regions: metadata.regions,
             hole_regions: metadata.hole_regions,
             hole_triangles: metadata.hole_triangles,
-            inverted_regions,
-            first_inverted,
+            inverted_regions: self.given.put_right.parts,
+            first_inverted: self.given.put_right.inverted.map(|inverted| inverted.first),
             held_triangles: found.blocks.iter().map(|block| block.held_triangles).sum(),
             deferred_segments: deferred.len() as u64,
             without_z: found.without_z.count,
@@ -442,7 +438,7 @@ impl Assembly {
             lines: Vec::new(),
             new_records: 0,
             missing_z: MissingZ::Zero,
-            may_be_inverted: true,
+            inverted: None,
             is_draft: true,
             threads: self.options.threads,
         };

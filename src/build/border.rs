@@ -24,8 +24,6 @@ pub(super) struct Border {
     pub(super) hole_triangles: u64,
     /// Holes that are closed components of the core.
     pub(super) closed_holes: u64,
-    /// Closed components of the core whose depth is negative.
-    pub(super) closed_inverted: u64,
 }
 
 /// The regions of a tile.
@@ -64,13 +62,12 @@ pub(super) fn assemble(
         edges,
         ..BorderDraft::default()
     };
-    let (mut hole_triangles, mut closed_holes, mut closed_inverted) = (0, 0, 0);
+    let (mut hole_triangles, mut closed_holes) = (0, 0);
     if let Some(TileRegions { all, seeded }) = regions {
         let anchors: Vec<Anchor> = group.anchors_of(tile).collect();
         let of_core = all.of_core(tile, state, &anchors, seeded);
-        let closed = || of_core[state.open_components as usize..].iter();
-        closed_holes = closed().filter(|region| region.is_hole).count() as u64;
-        closed_inverted = closed().filter(|region| region.depth < 0).count() as u64;
+        let closed = of_core[state.open_components as usize..].iter();
+        closed_holes = closed.filter(|region| region.is_hole).count() as u64;
         let in_holes = of_core.iter().zip(&anchors).filter(|(region, _)| region.is_hole);
         hole_triangles = in_holes.map(|(_, anchor)| u64::from(anchor.triangles)).sum();
         let of_late = mesh.late.iter().map(|late| all.of_late(late.number));
@@ -87,7 +84,6 @@ pub(super) fn assemble(
         bounds: mesh.bounds,
         hole_triangles,
         closed_holes,
-        closed_inverted,
     }
 }
 

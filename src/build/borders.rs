@@ -30,10 +30,6 @@ pub(super) struct RegionTotals {
     pub(super) spanning: u64,
     pub(super) hole_regions: u64,
     pub(super) hole_triangles: u64,
-    /// Those that are covered by less than nothing.
-    pub(super) inverted_regions: u64,
-    /// Tiles that have triangles of these, in any order.
-    pub(super) with_inverted: Vec<TileId>,
 }
 
 /// Assembles the borders of all tiles, group by group, and sends them in order.
@@ -64,7 +60,6 @@ pub(super) fn write_borders(
                 regions: regions.count,
                 spanning: regions.spanning().len() as u64,
                 hole_regions: regions.spanning().iter().filter(|region| region.is_hole).count() as u64,
-                inverted_regions: regions.spanning().iter().filter(|region| region.depth < 0).count() as u64,
                 ..RegionTotals::default()
             }),
     );
@@ -111,10 +106,6 @@ pub(super) fn write_borders(
                     let mut totals = totals.lock();
                     totals.hole_regions += border.closed_holes;
                     totals.hole_triangles += border.hole_triangles;
-                    totals.inverted_regions += border.closed_inverted;
-                    if border.draft.regions.iter().any(|region| region.depth < 0) {
-                        totals.with_inverted.push(tile);
-                    }
                 }
                 let encoded = border.draft.encode(tile, GENERATION, &buffers);
                 if borders.put(number, encoded).is_err() {

@@ -10,6 +10,7 @@ use super::budget::{self, DiskLoad};
 use super::intake::{Intake, Terms};
 use super::journal::SavedPlan;
 use super::options::{Crossings, Steiner};
+use super::polygons::{Arrivals, PolygonFaults};
 use super::segments::SegmentSpool;
 use super::sites::Sites;
 use super::split_lines::SplitLines;
@@ -22,6 +23,8 @@ use crate::store::LineKind;
 
 /// Segments take no more of the memory than one part of so many.
 const SEGMENTS_SHARE: u64 = 4;
+/// Nor does checking polygons, while they come.
+const CHECK_SHARE: u64 = 4;
 
 /// Builds a tile file from batches of points.
 ///
@@ -39,6 +42,7 @@ pub struct Builder {
     /// One more than the largest record number so far.
     next_record: u64,
     segments: SegmentSpool,
+    polygons: Arrivals,
     sites: Sites,
     given: Given,
     began: Instant,
@@ -64,6 +68,14 @@ impl Builder {
             intake: Intake::new(),
             next_record: 0,
             segments: SegmentSpool::new(folder.spill(), memory / SEGMENTS_SHARE),
+            polygons: Arrivals::new(
+                (
+                    options.crossings == Crossings::Error,
+                    options.crossings == Crossings::Split || options.steiner == Steiner::Borders,
+                ),
+                folder.spill(),
+                memory / CHECK_SHARE,
+            ),
             sites: Sites::default(),
             given: Given::default(),
             began: Instant::now(),
@@ -128,8 +140,10 @@ impl Builder {
     /// be right: it saves work where it is.
     ///
     /// # Errors
-    /// If there is not enough room on the disk for so many points, or the memory is too small for any work.
+    /// If there is not enough room on the disk for so many points, the memory is too small for any work, or what is known of
+    /// obstacles by now is wrong.
     pub fn expect(&mut self, points: u64, mut sample: Vec<Point>) -> Result<(), BuildError> {
+        judge(self.polygons.faults()?)?;
         sample.retain(|point| point.is_valid());
         let [by_ends, _] = self.segments.counts();
         // Ends become points, two of which are one vertex in a chain.
@@ -185,7 +199,8 @@ impl Builder {
     /// chains of edges. The ends of those between places join the vertices; where a point lies at the same place, that is kept.
     ///
     /// The batch's lines are numbered from `first_line` on: over all inputs, segments first, then walls, then obstacles. An
-    /// obstacle's interior is on the left of its segments, which form closed rings.
+    /// obstacle's interior is on the left of its segments, which form closed rings. Those of one polygon come one after another, in
+    /// one batch or several; each polygon is [checked](BuildError::Inverted) by itself.
     ///
     /// Segments may meet in ends, in points and along each other, but not cross. A build with segments cannot be resumed.
     ///
@@ -197,7 +212,10 @@ impl Builder {
         let (of_ends, of_records) = lines.split_at(lines.len().min(batch.ends.len()));
         self.segments.push(&batch.ends, &batch.z, kind, of_ends)?;
         self.segments.push_between(&batch.records, kind, of_records)?;
-        self.given.has_obstacles |= kind == LineKind::Obstacle;
+        if kind == LineKind::Obstacle {
+            self.polygons.push(first_line, batch)?;
+            self.given.has_obstacles = true;
+        }
         self.reserve()
     }
 
@@ -254,6 +272,9 @@ impl Builder {
 
     /// Pushes the ends of segments as points, which give way to others, and sites, which give way to all.
     async fn push_ends(&mut self) -> Result<(), BuildError> {
+        let faults = self.polygons.all_faults(&mut self.segments)?;
+        judge(faults)?;
+        self.given.inverted_if_uncrossed = faults.inverted_if_uncrossed;
         self.terms.first_end.store(self.next_record, Ordering::Relaxed);
         let mut record = self.next_record;
         for batch in self.segments.ends(record) {
@@ -289,11 +310,18 @@ impl Builder {
         };
         let may_cross = self.terms.options.crossings == Crossings::Split;
         let memory = self.terms.options.memory;
-        let split = SplitLines::of(&mut self.segments, memory, (may_cross, &borders), &mut points)?;
+        let polygons = self.polygons.numbers();
+        let split = SplitLines::of(
+            (&mut self.segments, polygons),
+            memory,
+            (may_cross, &borders),
+            &mut points,
+        )?;
         let Some(lines) = split else {
             return Ok(first_record);
         };
         self.given.crossings = lines.crossings();
+        self.given.put_right = lines.put_right();
         self.given.borders = lines.borders().to_vec();
         self.segments = SegmentSpool::new(self.terms.folder.spill(), self.memory / SEGMENTS_SHARE);
         lines.push_pieces(&mut self.segments)?;
@@ -346,5 +374,14 @@ impl Builder {
             _ => {}
         }
         result
+    }
+}
+
+/// Fails if something is wrong with polygons, whatever else is.
+fn judge(faults: PolygonFaults) -> Result<(), BuildError> {
+    match (faults.open, faults.inverted) {
+        (Some(obstacle), _) => Err(BuildError::OpenRing { obstacle }),
+        (None, Some(inverted)) => Err(BuildError::Inverted(inverted)),
+        (None, None) => Ok(()),
     }
 }

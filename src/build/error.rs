@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use super::crossings::{Crossing, KEPT, SplitError};
 use super::edit::EditError;
-use super::inverted::Inverted;
 use super::missing_z::VertexWithoutZ;
+use super::polygons::InvertedPolygons;
 use crate::geometry::Point;
 use crate::shown;
 use crate::store::{EdgeSource, ReadError};
@@ -227,18 +227,35 @@ pub enum BuildError {
         /// The number of the polygon's record.
         obstacle: u64,
     },
-    /// Rings of polygons are nested wrongly, so that somewhere holes are taken out of nothing.
+    /// Rings of a polygon are nested wrongly, so that somewhere a hole is taken out of nothing.
     #[error(
         "obstacle {} is inside out at ({}, {}): a hole of it lies outside of it or in another of its holes, or a ring of it \
-         runs round there the other way; {regions} regions are so; put it right, or have lines split where they cross, which \
-         covers such regions too",
-        first.obstacle, first.point.x, first.point.y
+         runs round there the other way; {} polygons are inside out; put it right, or have lines split where they cross, \
+         which covers such parts too",
+        .0.first.obstacle, .0.first.point.x, .0.first.point.y, .0.polygons
     )]
-    Inverted {
-        /// The first of them.
-        first: Inverted,
-        /// How many regions are so.
-        regions: u64,
+    Inverted(InvertedPolygons),
+    /// A polygon is too large to be checked.
+    #[error(
+        "so much of obstacle {obstacle} lies side by side that checking it takes about {needed} MiB of memory, and {budget} MiB \
+         are allowed for that; allow {factor} times as much in all",
+        needed = needed.div_ceil(1 << 20), budget = budget >> 20, factor = needed.div_ceil((*budget).max(1))
+    )]
+    PolygonMemory {
+        /// The number of the polygon's record.
+        obstacle: u64,
+        /// Bytes needed, at most.
+        needed: u64,
+        /// Bytes allowed.
+        budget: u64,
+    },
+    /// A batch does not tell of all segments which polygon they are of.
+    #[error("a batch has {segments} segments by their ends, and {polygons} numbers of polygons")]
+    PolygonNumbers {
+        /// Segments by their ends.
+        segments: usize,
+        /// Numbers of polygons.
+        polygons: usize,
     },
     /// There are more late triangles than can be numbered, or telling regions apart takes too much memory.
     #[error(

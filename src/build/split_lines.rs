@@ -13,10 +13,11 @@ use std::cmp::Ordering;
 use super::BuildError;
 use super::crossings::{Bent, Ends, Points, SplitError, any_cross, split};
 use super::missing_z::NO_Z;
+use super::polygons::{InvertedPolygons, PolygonNumbers, PutRight, Runs, put_right};
 use super::segments::SegmentSpool;
 use crate::geometry::{Point, Rect};
 use crate::input::PointBatch;
-use crate::store::{EdgeSource, LineBatch};
+use crate::store::{EdgeSource, LineBatch, LineKind};
 
 /// Bytes of a segment, and of a crossing, while segments are split.
 const BYTES: u64 = 300;
@@ -30,6 +31,8 @@ struct Line {
     source: EdgeSource,
     /// z at both ends, or [`NO_Z`].
     z: [f64; 2],
+    /// The number of its polygon, if it is of one.
+    polygon: u64,
 }
 
 /// Segments that are to be split where they cross, as a build splits them.
@@ -46,7 +49,7 @@ struct Line {
 ///     ends: vec![line([0.0, 0.0, 4.0, 4.0]), line([0.0, 4.0, 4.0, 0.0])],
 ///     sources: vec![wall(0), wall(1)],
 /// };
-/// lines.push(&crossing, &[])?;
+/// lines.push(&crossing, &[], &[])?;
 /// // There are no other points.
 /// let split = lines.split(|_, _| Ok::<_, BuildError>(()))?;
 /// assert_eq!(split.crossings(), 1);
@@ -61,6 +64,7 @@ pub struct LinesToSplit {
     memory: u64,
     /// They are split here as well.
     borders: Vec<[Point; 2]>,
+    runs: Runs,
 }
 
 impl LinesToSplit {
@@ -71,6 +75,7 @@ impl LinesToSplit {
             lines: Vec::new(),
             memory,
             borders: Vec::new(),
+            runs: Runs::default(),
         }
     }
 
@@ -82,19 +87,27 @@ impl LinesToSplit {
     }
 
     /// Takes segments, and z at both ends of those that have any: NaN stands for none, and so does a list that is too short. Segments
-    /// of no length are nothing to split.
+    /// of no length are nothing to split. Of obstacles, `polygons` tells the polygon of each segment; where it is empty, each line is
+    /// one. Segments of one polygon come one after another.
     ///
     /// # Errors
     /// If they do not fit in memory.
-    pub fn push(&mut self, batch: &LineBatch, z: &[[f64; 2]]) -> Result<(), BuildError> {
-        let z = z.iter().copied().chain(std::iter::repeat([NO_Z; 2]));
-        let lines = batch.ends.iter().zip(&batch.sources).zip(z);
-        let lines = lines.map(|((ends, &source), z)| Line {
-            ends: ends.map(Point::normalized),
-            source,
-            z,
-        });
-        self.lines.extend(lines.filter(|line| line.ends[0] != line.ends[1]));
+    pub fn push(&mut self, batch: &LineBatch, z: &[[f64; 2]], polygons: &[u64]) -> Result<(), BuildError> {
+        for (at, (ends, &source)) in batch.ends.iter().zip(&batch.sources).enumerate() {
+            let polygon = match source.kind() {
+                LineKind::Obstacle => self.runs.next(polygons.get(at).copied().unwrap_or(source.number())),
+                _ => 0,
+            };
+            let line = Line {
+                ends: ends.map(Point::normalized),
+                source,
+                z: z.get(at).copied().unwrap_or([NO_Z; 2]),
+                polygon,
+            };
+            if line.ends[0] != line.ends[1] {
+                self.lines.push(line);
+            }
+        }
         let needed = self.lines.len() as u64 * BYTES;
         match needed > self.memory {
             true => Err(BuildError::SplitMemory {
@@ -122,7 +135,9 @@ impl LinesToSplit {
     }
 
     fn split_at<E: From<SplitError>>(self, points: &mut Points<'_, E>) -> Result<SplitLines, E> {
-        let Self { lines, memory, borders } = self;
+        let Self {
+            lines, memory, borders, ..
+        } = self;
         let bent = lines.iter().zip(0..).map(|(line, carried)| Bent {
             ends: line.ends,
             carried,
@@ -130,12 +145,17 @@ impl LinesToSplit {
         let mut pieces: Vec<Bent<u32>> = bent.collect();
         let left = memory.saturating_sub(lines.len() as u64 * BYTES);
         let done = split(&mut pieces, (left / BYTES) as usize, &borders, points)?;
+        let put_right = put_right(&mut pieces, |piece| {
+            let Line { source, polygon, .. } = lines[piece.carried as usize];
+            (source.kind() == LineKind::Obstacle).then_some((polygon, source.number()))
+        });
         Ok(SplitLines {
             lines,
             pieces,
             points: done.points,
             crossings: done.crossings.iter().sum(),
             borders,
+            put_right,
         })
     }
 
@@ -167,13 +187,14 @@ pub struct SplitLines {
     points: Vec<Point>,
     crossings: u64,
     borders: Vec<[Point; 2]>,
+    put_right: PutRight,
 }
 
 impl SplitLines {
-    /// Splits all segments of a spool, within so many bytes; `points` are other vertices. None: nothing crosses, or segments cross
-    /// though they may not, which is for others to tell of.
+    /// Splits all segments of a spool, whose polygons are known by numbers, within so many bytes; `points` are other vertices. None:
+    /// all of them stay as they are, or segments cross though they may not, which is for others to tell of.
     pub(super) fn of(
-        segments: &mut SegmentSpool,
+        (segments, mut polygons): (&mut SegmentSpool, PolygonNumbers<'_>),
         budget: u64,
         (may_cross, borders): (bool, &dyn Fn(Rect) -> Vec<[Point; 2]>),
         points: &mut Points<'_, BuildError>,
@@ -191,6 +212,7 @@ impl SplitLines {
                     ends: segment.ends,
                     source: segment.source,
                     z: z.get(lines.lines.len()).copied().unwrap_or([NO_Z; 2]),
+                    polygon: polygons.next(segment.source),
                 });
             }
             Ok(())
@@ -200,7 +222,18 @@ impl SplitLines {
         if !may_cross && (lines.borders.is_empty() || any_cross(&lines.lines)) {
             return Ok(None);
         }
-        Ok(Some(lines.split_at(points)?).filter(|split| !split.points.is_empty()))
+        Ok(Some(lines.split_at(points)?).filter(|split| !split.points.is_empty() || split.put_right.parts > 0))
+    }
+
+    /// What became of polygons that were inside out.
+    pub(super) fn put_right(&self) -> PutRight {
+        self.put_right
+    }
+
+    /// The polygons that were inside out, and were put right.
+    #[must_use]
+    pub fn inverted(&self) -> Option<InvertedPolygons> {
+        self.put_right.inverted
     }
 
     /// The borders at which they were split.
@@ -321,13 +354,13 @@ impl Line {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::LineKind;
 
     fn line(ends: [[f64; 2]; 2], z: [f64; 2], number: u64) -> Line {
         Line {
             ends: ends.map(|[x, y]| Point::new(x, y)),
             source: EdgeSource::new(LineKind::Wall, number),
             z,
+            polygon: 0,
         }
     }
 
@@ -380,6 +413,7 @@ mod tests {
                 points: done.points,
                 crossings: done.crossings.iter().sum(),
                 borders: Vec::new(),
+                put_right: PutRight::default(),
             };
             assert_eq!(split.points, [Point::new(2.0, 2.0), Point::new(8.0, 1.0)]);
             assert!(matches!(split.z()[..], [6.0, z] if z.is_nan()));

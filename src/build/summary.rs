@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use super::inverted::Inverted;
 use super::options::Phase;
+use super::polygons::Inverted;
 
 /// What a finished build tells of itself.
 #[derive(Clone, Debug, Default)]
@@ -36,9 +36,9 @@ pub struct BuildSummary {
     pub hole_regions: u64,
     /// The triangles of holes.
     pub hole_triangles: u64,
-    /// Holes that rings of obstacles make where they are inside out; an error, unless crossings are split.
+    /// Parts of obstacles that their rings go round the wrong way. They are covered if crossings are split, else an error.
     pub inverted_regions: u64,
-    /// The first of these.
+    /// The first of these: the smallest corner of the first obstacle that has any.
     pub first_inverted: Option<Inverted>,
     /// Triangles that were final in their tile, but went up, since a segment crosses them that goes on in other tiles.
     pub held_triangles: u64,

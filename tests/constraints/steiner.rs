@@ -127,7 +127,7 @@ fn lines_are_cut_at_borders_and_nothing_else_changes() {
         };
         assert!(all.ends.iter().map(crossed).sum::<usize>() >= summary.split_points as usize);
         let mut again = LinesToSplit::new(ENOUGH).at_borders(&borders);
-        again.push(&all, &[]).unwrap();
+        again.push(&all, &[], &[]).unwrap();
         let split = again
             .split(|_, take| {
                 take(&points);

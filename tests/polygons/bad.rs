@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::fs;
 
-use delaunay_tiles::build::{BuildError, BuildOptions, Crossings, Inverted};
+use delaunay_tiles::build::{BuildError, BuildOptions, Crossings, Inverted, InvertedPolygons};
 use delaunay_tiles::geometry::Point;
 
 use super::{Built, Input, Way};
@@ -217,17 +217,19 @@ fn polygons_that_enclose_nothing() {
     }
 }
 
-/// A region of these polygons is inside out; that is an error which says of which line it is and where, and such regions are
+/// So many polygons are inside out in so many parts; that is an error which says which is the first one and where, and such parts are
 /// covered where lines that cross are split.
 #[track_caller]
-fn is_inside_out(polygons: &[&str], regions: u64, obstacle: u64, [x, y]: [f64; 2]) -> Built {
+fn is_inside_out(polygons: &[&str], count: u64, parts: u64, obstacle: u64, [x, y]: [f64; 2]) -> Built {
     let expected = Inverted {
         obstacle,
         point: Point::new(x, y),
     };
     let error = build(polygons, Crossings::Error).unwrap_err();
     match error.downcast_ref() {
-        Some(BuildError::Inverted { first, regions: found }) => assert_eq!((*first, *found), (expected, regions)),
+        Some(BuildError::Inverted(InvertedPolygons { first, polygons })) => {
+            assert_eq!((*first, *polygons), (expected, count));
+        }
         _ => panic!("{error}"),
     }
     let text = format!("obstacle {obstacle} is inside out at ({x}, {y})");
@@ -235,33 +237,120 @@ fn is_inside_out(polygons: &[&str], regions: u64, obstacle: u64, [x, y]: [f64; 2
     let built = build(polygons, Crossings::Split).unwrap();
     assert_eq!(
         (built.summary.inverted_regions, built.summary.first_inverted),
-        (regions, Some(expected))
+        (parts, Some(expected))
     );
+    assert!(built.depths().iter().all(|&depth| depth >= 0));
     built
 }
 
 #[test]
 fn rings_that_are_nested_wrongly() {
     let hole_outside = "[[[0,0],[8,0],[8,8],[0,8],[0,0]],[[10,2],[14,2],[14,6],[10,6],[10,2]]]";
-    let built = is_inside_out(&[hole_outside], 1, 1, [10.0, 2.0]);
+    let built = is_inside_out(&[hole_outside], 1, 1, 1, [10.0, 2.0]);
     assert_eq!(built.covered(), (64.0 + 16.0, 2));
-    assert_eq!(built.depths(), [-1, 0, 1]);
+    assert_eq!(built.depths(), [0, 1]);
     let hole_in_hole =
         "[[[0,0],[8,0],[8,8],[0,8],[0,0]],[[1,1],[7,1],[7,7],[1,7],[1,1]],[[3,3],[5,3],[5,5],[3,5],[3,3]]]";
-    let built = is_inside_out(&[SQUARE, hole_outside, hole_in_hole], 1, 2, [10.0, 2.0]);
+    let built = is_inside_out(&[SQUARE, hole_outside, hole_in_hole], 2, 2, 2, [10.0, 2.0]);
+    // The hole that lies in a hole is covered by another polygon; it is inside out all the same.
     assert_eq!(built.covered(), (64.0 + 16.0, 4));
-    let built = is_inside_out(&[hole_in_hole], 1, 1, [3.0, 3.0]);
+    let built = is_inside_out(&[hole_in_hole], 1, 1, 1, [3.0, 3.0]);
     assert_eq!(built.covered(), (64.0 - 36.0 + 4.0, 2));
     // Twice as deep, and the wall of one that may have the hole there.
     let twice = "[[[10,0],[18,0],[18,8],[10,8]],[[2,2],[6,2],[6,6],[2,6]],[[3,3],[5,3],[5,5],[3,5]]]";
-    let built = is_inside_out(&[twice, "[[[2,2],[2,0],[3,0],[2,2]]]"], 2, 1, [2.0, 2.0]);
-    assert_eq!(built.depths(), [-2, -1, 0, 1]);
+    let built = is_inside_out(&[twice, "[[[2,2],[2,0],[3,0],[2,2]]]"], 1, 2, 1, [2.0, 2.0]);
+    assert_eq!(built.depths(), [0, 1]);
     // A bow-tie that has a corner where it crosses itself; its lobes are covered if both run the same way.
-    is_inside_out(&["[[[0,0],[4,4],[8,12],[0,12],[4,4],[8,0],[0,0]]]"], 1, 1, [0.0, 0.0]);
+    is_inside_out(
+        &["[[[0,0],[4,4],[8,12],[0,12],[4,4],[8,0],[0,0]]]"],
+        1,
+        1,
+        1,
+        [0.0, 0.0],
+    );
     let eight = accepted(&["[[[0,0],[8,0],[4,4],[8,12],[0,12],[4,4],[0,0]]]"]);
     assert_eq!(eight.covered(), (16.0 + 32.0, 2));
     assert_eq!(
         (eight.summary.inverted_regions, eight.summary.first_inverted),
         (0, None)
+    );
+}
+
+/// Depths were sums over all polygons, so what is inside out freed what another polygon covers, without a word.
+#[test]
+fn what_is_inside_out_frees_nothing_that_another_polygon_covers() {
+    // The lobe to the right of (3, 3) runs round the wrong way, under a valid polygon.
+    let bow = "[[[0,0],[0,6],[3,3],[5,1],[5,5],[3,3],[0,0]]]";
+    let valid = "[[[3,3],[3,0],[6,0],[6,6],[3,6],[3,3]]]";
+    let built = is_inside_out(&[bow, valid], 1, 1, 1, [3.0, 3.0]);
+    assert_eq!(built.covered(), (9.0 + 18.0, 3));
+    assert_eq!(built.depths(), [0, 1, 2]);
+    is_inside_out(&[valid, bow], 1, 1, 2, [3.0, 3.0]);
+    is_inside_out(&[bow], 1, 1, 1, [3.0, 3.0]);
+    // In one feature, too.
+    let parts = format!("[{bow},{valid}]");
+    assert_eq!(is_inside_out(&[&parts], 1, 1, 1, [3.0, 3.0]).covered(), built.covered());
+    // Two that are inside out at the same place: -1 - 1 + 2.
+    let built = is_inside_out(&[bow, bow, valid, valid], 2, 2, 1, [3.0, 3.0]);
+    assert_eq!(built.depths(), [0, 1, 2, 4]);
+    // A hole beside its polygon, in another one, and one as large as another one.
+    let beside = "[[[0,0],[8,0],[8,8],[0,8]],[[10,2],[14,2],[14,6],[10,6]]]";
+    let around = "[[[9,1],[15,1],[15,7],[9,7]]]";
+    let same = "[[[10,2],[14,2],[14,6],[10,6]]]";
+    assert_eq!(
+        is_inside_out(&[beside, around], 1, 1, 1, [10.0, 2.0]).covered().0,
+        64.0 + 36.0
+    );
+    assert_eq!(
+        is_inside_out(&[same, beside], 1, 1, 2, [10.0, 2.0]).covered().0,
+        64.0 + 16.0
+    );
+    // A hole in a hole, under another polygon.
+    let nested = "[[[0,0],[9,0],[9,9],[0,9]],[[1,1],[8,1],[8,8],[1,8]],[[2,2],[4,2],[4,4],[2,4]]]";
+    assert_eq!(
+        is_inside_out(&[nested, "[[[2,2],[4,2],[4,4],[2,4]]]"], 1, 1, 1, [2.0, 2.0])
+            .covered()
+            .0,
+        81.0 - 49.0 + 4.0
+    );
+}
+
+/// A ring without area whose lobes cancel out was taken for one that encloses nothing.
+#[test]
+fn lobes_of_equal_size_are_covered_both() {
+    let bow = "[[[0,0],[0,4],[2,2],[4,0],[4,4],[2,2]]]";
+    let turned = "[[[2,2],[4,4],[4,0],[2,2],[0,4],[0,0]]]";
+    for bow in [bow, turned] {
+        let error = build(&[bow], Crossings::Error).unwrap_err();
+        assert!(error.to_string().contains("obstacle 1 is inside out at ("), "{error}");
+        let built = build(&[bow], Crossings::Split).unwrap();
+        assert_eq!((built.covered(), built.depths()), ((8.0, 2), vec![0, 1]));
+    }
+    let crossing = build(&["[[[0,0],[4,4],[4,0],[0,4]]]"], Crossings::Split).unwrap();
+    assert_eq!((crossing.covered(), crossing.summary.inverted_regions), ((8.0, 2), 1));
+}
+
+/// Where a ring crosses itself in a vertex of something else nothing crosses, and nothing told that it was inside out.
+#[test]
+fn a_ring_that_crosses_itself_in_the_corner_of_another_polygon_is_inside_out() {
+    let bow = "[[[0,0],[8,8],[8,0],[2,6],[0,0]]]";
+    let error = build(&[bow], Crossings::Error).unwrap_err();
+    assert!(
+        matches!(error.downcast_ref(), Some(BuildError::Crossings { count: 1, .. })),
+        "{error}"
+    );
+    let built = is_inside_out(&[bow, "[[[4,4],[6,20],[2,20],[4,4]]]"], 1, 1, 1, [0.0, 0.0]);
+    assert_eq!(built.covered(), (16.0 + 8.0 + 32.0, 3));
+}
+
+/// What is wrong with a polygon alone is told first, as it is known before all others have come.
+#[test]
+fn a_polygon_that_is_inside_out_comes_before_lines_that_cross() {
+    let crossing = ["[[[0,0],[8,0],[8,8],[0,8]]]", "[[[4,4],[12,4],[12,12],[4,12]]]"];
+    let beside = "[[[20,0],[28,0],[28,8],[20,8]],[[30,2],[34,2],[34,6],[30,6]]]";
+    let error = build(&[crossing[0], crossing[1], beside], Crossings::Error).unwrap_err();
+    assert!(
+        error.to_string().starts_with("obstacle 3 is inside out at (30, 2): "),
+        "{error}"
     );
 }

@@ -90,12 +90,22 @@ fn check(name: &str, rings: &[Ring], flaws: &[Flaw]) {
         Ok(built) => built,
         Err(error) => panic!("{name}: {error}"),
     };
-    // What is covered twice counts twice, and what a ring has on its wrong side is taken away.
+    // What is covered twice counts twice. If a ring has anything on its wrong side, all that the rings go round counts once.
     let covered = built.triangles.iter().map(|triangle| {
         let area = rings::area(&triangle.corners);
         f64::from(triangle.depth) * area
     });
-    assert_same_area(covered.sum(), polygon.area());
+    let segments: Vec<[Point; 2]> = polygon.segments().collect();
+    let gone_round = built.triangles.iter().filter(|triangle| {
+        let [a, b, c] = triangle.corners;
+        let centroid = Point::new((a.x + b.x + c.x) / 3.0, (a.y + b.y + c.y) / 3.0);
+        rings::winding(&segments, centroid) != 0
+    });
+    let expected = match built.summary.inverted_regions {
+        0 => polygon.area(),
+        _ => gone_round.map(|triangle| rings::area(&triangle.corners)).sum(),
+    };
+    assert_same_area(covered.sum(), expected);
     assert_eq!(built.summary.crossings > 0, flaws.contains(&Crosses));
     if flaws.contains(&Crosses) {
         return;

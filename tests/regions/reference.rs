@@ -40,7 +40,7 @@ pub(crate) fn key(corners: [Point; 3]) -> Key {
 
 impl Expected {
     pub(crate) fn of(input: &Input) -> Self {
-        let corners = input.lines.iter().flat_map(|line| &line.corners);
+        let corners = input.lines.iter().flat_map(|line| line.corners());
         let sites = input.sites.iter().map(|(point, _)| point);
         let points = distinct(
             &input

@@ -33,8 +33,8 @@ use tokio::runtime::Handle;
 use tokio::sync::oneshot;
 
 use super::MissingZ;
-use super::inverted::{self, Inverted};
 use super::missing_z::NO_Z;
+use super::polygons::{InvertedPolygons, PolygonCheck};
 use super::segments::{SEGMENT_BYTES, Segment};
 use super::vertex_index::VertexIndex;
 use crate::geometry::{MortonSquare, Point, Rect};
@@ -121,16 +121,20 @@ pub enum EditError {
         /// The number of the ring.
         line: u64,
     },
-    /// Rings of polygons are nested wrongly, so that some regions are covered by less than nothing.
+    /// Polygons are inside out.
     #[error(
-        "{regions} regions are inside out, the first of them at ({}, {}): a hole lies outside its polygon, or in another hole",
-        first.point.x, first.point.y
+        "it is inside out at ({}, {}): a hole of it lies outside of it or in another of its holes, or a ring of it runs round \
+         there the other way; {} polygons are inside out",
+        .0.first.point.x, .0.first.point.y, .0.polygons
     )]
-    Inverted {
-        /// The first of them.
-        first: Inverted,
-        /// How many there are.
-        regions: u64,
+    Inverted(InvertedPolygons),
+    /// A batch does not tell of all segments which polygon they are of.
+    #[error("a batch has {segments} segments by their ends, and {polygons} numbers of polygons")]
+    PolygonNumbers {
+        /// Segments by their ends.
+        segments: usize,
+        /// Numbers of polygons.
+        polygons: usize,
     },
     /// There are segments between record numbers, which a file does not know any more.
     #[error("the ends of segments are given as record numbers; a file can be changed by coordinates only")]
@@ -177,10 +181,6 @@ pub struct EditSummary {
     pub hole_regions: u64,
     /// Triangles in holes.
     pub hole_triangles: u64,
-    /// Regions that are covered by less than nothing.
-    pub inverted_regions: u64,
-    /// The first of these.
-    pub first_inverted: Option<Inverted>,
     /// Bytes by which the file has grown.
     pub bytes_appended: u64,
     /// Bytes of the file.
@@ -205,6 +205,7 @@ pub struct Editor {
     /// z at their ends, as far as any have one.
     z: Vec<[f64; 2]>,
     missing_z: MissingZ,
+    polygons: PolygonCheck,
 }
 
 impl Editor {
@@ -222,6 +223,8 @@ impl Editor {
         Ok(Self {
             first_line: metadata.lines.last().map_or(0, |last| last.first + last.lines),
             number: metadata.lines.last().map_or(0, |last| last.edit).saturating_add(1),
+            // All segments are in memory, and a polygon takes no more than what they are counted for.
+            polygons: PolygonCheck::new(&target.path, u64::MAX),
             target,
             memory,
             lines: Vec::new(),
@@ -257,10 +260,14 @@ impl Editor {
     /// Takes segments; their lines are numbered from `first_line` on, among those that are new.
     ///
     /// # Errors
-    /// If they are given by record numbers, or take more than a quarter of the memory.
+    /// If they are given by record numbers, do not all tell of which polygon they are, or take more than a quarter of the memory.
     pub fn push(&mut self, kind: LineKind, first_line: u64, batch: &SegmentBatch) -> Result<(), EditError> {
         if !batch.records.is_empty() {
             return Err(EditError::Records);
+        }
+        let (segments, polygons) = (batch.ends.len(), batch.polygons.len());
+        if polygons != 0 && polygons != segments {
+            return Err(EditError::PolygonNumbers { segments, polygons });
         }
         let first = self.first_line + first_line;
         let segments = batch.ends.iter().zip(&batch.lines).map(|(&ends, &line)| Segment {
@@ -279,6 +286,10 @@ impl Editor {
                 allowed: self.memory,
             });
         }
+        if kind == LineKind::Obstacle {
+            let pushed = self.polygons.push(first, batch);
+            pushed.map_err(|error| EditError::Internal(error.to_string()))?;
+        }
         Ok(())
     }
 
@@ -286,7 +297,7 @@ impl Editor {
     ///
     /// # Errors
     /// If an end lies outside the hull or lacks a z ([`missing_z`](Self::missing_z)), a line
-    /// crosses a constraint, a ring does not close, or the system refuses.
+    /// crosses a constraint, a ring does not close, a polygon is inside out, or the system refuses.
     pub async fn finish(self) -> Result<EditSummary, EditError> {
         let Self {
             target,
@@ -295,15 +306,24 @@ impl Editor {
             segments,
             z,
             missing_z,
+            mut polygons,
             ..
         } = self;
+        let faults = polygons.finish();
+        let faults = faults.map_err(|error| EditError::Internal(error.to_string()))?;
+        if let Some(line) = faults.open {
+            return Err(EditError::OpenRing { line });
+        }
+        if let Some(inverted) = faults.inverted {
+            return Err(EditError::Inverted(inverted));
+        }
         let work = Work {
             new_records: 2 * segments.len() as u64,
             segments,
             z,
             missing_z,
             lines,
-            may_be_inverted: false,
+            inverted: faults.inverted_if_uncrossed,
             is_draft: false,
             threads: thread::available_parallelism().map_or(1, NonZero::get),
         };
@@ -323,8 +343,8 @@ pub(super) struct Work {
     pub(super) lines: Vec<LineSource>,
     /// Record numbers for the ends of the segments, in order; 0 if their ends were vertices before.
     pub(super) new_records: u64,
-    /// Whether regions may be inside out. If they may not and are, the file stays as it was.
-    pub(super) may_be_inverted: bool,
+    /// Obstacles that are inside out, if their rings cross at vertices only. The file stays as it was if they do.
+    pub(super) inverted: Option<InvertedPolygons>,
     /// Whether nobody relies on the file yet, so that it need not be on the medium when this is done.
     pub(super) is_draft: bool,
     /// Threads that put tiles together, if the memory lets them.
@@ -394,14 +414,10 @@ fn edit_here(
     let tile_reads = tiles.reads();
     let (labels, constraint_edges) = join(&mut tiles, memory, is_stopped)?;
     let (regions, spanning, hole_regions) = (labels.regions, labels.spanning, labels.hole_regions);
-    let inverted_regions = labels.inverted_regions;
-    let (hole_triangles, first_inverted) = label(&mut tiles, labels, is_stopped)?;
-    if let Some(first) = first_inverted.filter(|_| !work.may_be_inverted) {
-        return Err(EditError::Inverted {
-            first,
-            regions: inverted_regions,
-        });
+    if let Some(inverted) = work.inverted {
+        return Err(EditError::Inverted(inverted));
     }
+    let hole_triangles = label(&mut tiles, labels, is_stopped)?;
     let (tiles_written, length_before) = (
         tiles.is_changed.iter().filter(|changed| **changed).count(),
         tiles.length(),
@@ -434,8 +450,6 @@ fn edit_here(
         regions,
         hole_regions,
         hole_triangles,
-        inverted_regions,
-        first_inverted,
         bytes_appended: file_bytes - length_before,
         file_bytes,
         seconds: began.elapsed().as_secs_f64(),
@@ -563,21 +577,15 @@ fn join(tiles: &mut Tiles, memory: u64, is_stopped: &dyn Fn() -> bool) -> Result
     Ok((joining.finish(&metadata)?, constraint_edges))
 }
 
-/// Writes all tiles that were changed, and those in which a region changed. Returns how many triangles are in holes, and where the
-/// first region is inside out, if one is.
-fn label(
-    tiles: &mut Tiles,
-    labels: Labels,
-    is_stopped: &dyn Fn() -> bool,
-) -> Result<(u64, Option<Inverted>), EditError> {
-    let any_inverted = labels.inverted_regions > 0;
+/// Writes all tiles that were changed, and those in which a region changed. Returns how many triangles are in holes.
+fn label(tiles: &mut Tiles, labels: Labels, is_stopped: &dyn Fn() -> bool) -> Result<u64, EditError> {
     tiles.label(labels)?;
-    let (mut in_holes, mut inverted) = (0, None);
+    let mut in_holes = 0;
     for id in (0..tiles.is_changed.len() as u32).map(TileId) {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
-        if let Some(known) = tiles.in_holes(id).filter(|_| !any_inverted) {
+        if let Some(known) = tiles.in_holes(id) {
             in_holes += u64::from(known);
             continue;
         }
@@ -597,9 +605,6 @@ fn label(
         }
         let holes = tile.owned_triangles().filter(|&triangle| tile.is_hole(triangle));
         in_holes += holes.count() as u64;
-        if any_inverted {
-            inverted = inverted::smaller(inverted, inverted::first_edge(&tile));
-        }
     }
-    Ok((in_holes, inverted.map(inverted::of)))
+    Ok(in_holes)
 }

@@ -236,7 +236,6 @@ impl Joining {
             regions: roots.len() as u64,
             spanning: numbers.spanning,
             hole_regions: 0,
-            inverted_regions: 0,
         };
         let (_, outside) = self.depths.find(0);
         for (&root, &region) in roots.iter().zip(&numbers.of_roots) {
@@ -244,7 +243,6 @@ impl Joining {
             let marks = self.marks[root as usize];
             let is_hole = self.rules.is_hole(depth, marks.is_seeded, marks.reaches_hull);
             labels.hole_regions += u64::from(is_hole);
-            labels.inverted_regions += u64::from(depth < 0);
             of_regions[root as usize] = Component { region, depth, is_hole };
         }
         labels.of_parts = (0..nodes)
@@ -314,8 +312,6 @@ pub(super) struct Labels {
     pub(super) regions: u64,
     pub(super) spanning: u64,
     pub(super) hole_regions: u64,
-    /// Those that are covered by less than nothing.
-    pub(super) inverted_regions: u64,
 }
 
 impl Labels {

@@ -49,6 +49,9 @@ pub struct SegmentBatch {
     pub records: Vec<[u64; 2]>,
     /// The number of each segment's line, first of those in `ends`, then of those in `records`.
     pub lines: Vec<u64>,
+    /// Of obstacles, the number of the polygon of each segment in `ends`: a line has several if it is a MultiPolygon. Empty where each
+    /// line is one.
+    pub polygons: Vec<u64>,
 }
 
 impl SegmentBatch {
@@ -64,6 +67,7 @@ impl SegmentBatch {
         self.z.clear();
         self.records.clear();
         self.lines.clear();
+        self.polygons.clear();
     }
 
     fn len(&self) -> usize {
@@ -89,8 +93,9 @@ impl SegmentBatch {
 /// rings go counter-clockwise and inner ones clockwise, by the exact sign of their area. An unclosed ring is closed, with a
 /// note. Repeated positions make no segment, nor does a ring of one position, with a note. A ring without area (collinear, or with lobes that cancel out), and every ring of a
 /// polygon whose outer one has no area, encloses nothing: its segments come once in each direction, so that no side of them is
-/// the inside, and they still block the way; a note tells how many rings. Whether rings cross, or an inner one lies
-/// outside, is not looked at.
+/// the inside, and they still block the way; a note tells how many rings. Only an outer ring with lobes that cancel out comes as it
+/// is in the file: it encloses its lobes, one of them the wrong way round. Whether rings cross, or an inner one lies outside, is for
+/// whoever builds to find out; [`SegmentBatch::polygons`] tells which rings belong together.
 ///
 /// **z** is kept from GeoJSON. The first position of each file tells whether it has z. If any file has, ends without z
 /// have NaN; if none has, z that comes later is left out. Notes tell of both.
@@ -121,6 +126,8 @@ pub struct SegmentSource {
     done: Vec<(String, u64)>,
     /// The lines of the files that are done.
     done_lines: u64,
+    /// Their polygons.
+    done_polygons: u64,
     /// One more than the largest line that is known by now.
     lines: u64,
     /// Each file that was begun, and its first line.
@@ -136,6 +143,11 @@ trait Reader: Send {
 
     /// The lines that are at their end.
     fn lines(&self) -> u64;
+
+    /// The polygons that were begun.
+    fn polygons(&self) -> u64 {
+        0
+    }
 
     /// Puts segments into the sink until it is full (true) or the file is at its end (false).
     fn fill(&mut self, sink: &mut Sink<'_>) -> Result<bool, InputError>;
@@ -236,6 +248,7 @@ impl SegmentSource {
             notes: Vec::new(),
             done: Vec::new(),
             done_lines: 0,
+            done_polygons: 0,
             lines: 0,
             begun: Vec::new(),
         })
@@ -323,6 +336,7 @@ impl SegmentSource {
                 wants_z: self.has_z,
                 first_segment: self.segments,
                 first_line: self.done_lines,
+                first_polygon: self.done_polygons,
                 odd: &mut self.odd,
             });
             let more = match filled {
@@ -333,6 +347,7 @@ impl SegmentSource {
             if !more {
                 self.done.push((name_of(path), reader.lines()));
                 self.done_lines = self.lines;
+                self.done_polygons += reader.polygons();
                 self.notes.extend(reader.notes());
                 self.notes.extend(std::mem::take(&mut self.odd).notes(path));
                 self.files.next_file()?;

@@ -9,7 +9,7 @@
 
 use super::Reader;
 use super::sink::Sink;
-use crate::geometry::area_sign;
+use crate::geometry::{Orientation, Point, area_sign, orient2d};
 use crate::input::InputError;
 use crate::input::bytes::ByteInput;
 use crate::input::geojson::{Event, Features, Kind};
@@ -25,6 +25,8 @@ pub(super) struct Rings {
     due: Option<Due>,
     /// Whether the outer ring of the polygon at hand has an area.
     has_area: bool,
+    /// Polygons that were begun.
+    polygons: u64,
     name: String,
     unclosed: u64,
     flat: u64,
@@ -43,6 +45,30 @@ fn is_polygon(kind: Kind) -> bool {
     matches!(kind, Kind::Polygon | Kind::MultiPolygon)
 }
 
+/// Whether a ring without area has no lobes either: it lies on one line, or goes every way back that it has gone.
+fn is_flat(ring: &[Spot]) -> bool {
+    let Some(first) = ring.first() else { return true };
+    let second = ring.iter().find(|spot| spot.point != first.point);
+    let is_on_line = |other: &Spot| {
+        second.is_none_or(|second| orient2d(first.point, second.point, other.point) == Orientation::Collinear)
+    };
+    if ring.iter().all(is_on_line) {
+        return true;
+    }
+    let next = ring.iter().cycle().skip(1);
+    let ways = ring
+        .iter()
+        .zip(next)
+        .map(|(from, to)| match from.point.lex_cmp(to.point) {
+            Ordering::Less => ([from.point, to.point], 1),
+            _ => ([to.point, from.point], -1),
+        });
+    let mut ways: Vec<([Point; 2], i64)> = ways.collect();
+    ways.sort_unstable_by(|([a, b], _), ([c, d], _)| a.lex_cmp(*c).then(b.lex_cmp(*d)));
+    let mut same = ways.chunk_by(|one, other| one.0 == other.0);
+    same.all(|same| same.iter().map(|(_, way)| way).sum::<i64>() == 0)
+}
+
 impl Rings {
     pub fn new(input: ByteInput) -> Result<Self, InputError> {
         let name = shown::path(&input.path);
@@ -51,6 +77,7 @@ impl Rings {
             ring: Vec::new(),
             due: None,
             has_area: false,
+            polygons: 0,
             name,
             unclosed: 0,
             flat: 0,
@@ -71,12 +98,18 @@ impl Rings {
         let is_outer = number == 0;
         if is_outer {
             self.has_area = area != Ordering::Equal;
+            self.polygons += 1;
         }
-        let both_ways = area == Ordering::Equal || !self.has_area;
+        // An outer ring whose lobes cancel out encloses them, one of them the wrong way round.
+        let both_ways = match is_outer {
+            true => area == Ordering::Equal && is_flat(&self.ring),
+            false => area == Ordering::Equal || !self.has_area,
+        };
         self.flat += u64::from(both_ways && self.ring.len() > 1);
         self.lone += u64::from(self.ring.len() == 1);
         if let [_, rest @ ..] = &mut self.ring[..]
             && is_outer != (area == Ordering::Greater)
+            && (area != Ordering::Equal || both_ways)
         {
             rest.reverse();
         }
@@ -97,7 +130,7 @@ impl Rings {
         if due.both_ways && due.given % 2 == 1 {
             ends.reverse();
         }
-        sink.segment(ends, self.features.ended());
+        sink.side(ends, self.features.ended(), self.polygons - 1);
         self.due = Some(Due {
             given: due.given + 1,
             ..due
@@ -112,6 +145,10 @@ impl Reader for Rings {
 
     fn lines(&self) -> u64 {
         self.features.ended()
+    }
+
+    fn polygons(&self) -> u64 {
+        self.polygons
     }
 
     fn fill(&mut self, sink: &mut Sink<'_>) -> Result<bool, InputError> {

@@ -19,6 +19,8 @@ pub(super) struct Sink<'a> {
     pub first_segment: u64,
     /// Lines of the files before.
     pub first_line: u64,
+    /// Polygons of the files before.
+    pub first_polygon: u64,
     pub odd: &'a mut OddEnds,
 }
 
@@ -66,6 +68,13 @@ impl Sink<'_> {
         if self.wants_z {
             self.batch.z.push(ends.map(|end| end.z.unwrap_or(f64::NAN)));
         }
+    }
+
+    /// Takes a segment of this polygon of the file, which is of this line.
+    #[cfg(feature = "geojson")]
+    pub fn side(&mut self, ends: [Spot; 2], line: u64, polygon: u64) {
+        self.segment(ends, line);
+        self.batch.polygons.push(self.first_polygon + polygon);
     }
 
     /// Takes a segment between two records.

@@ -5,7 +5,9 @@
 //! As edges belong to one tile each, that is proven of the whole file. Of regions that lie in one tile, the tile tells whether they
 //! are holes for a reason; of the others a table does, once all tiles have been seen.
 //!
-//! Not proven is that all triangles of a region are connected with each other.
+//! Not proven is that all triangles of a region are connected with each other. Nor is it that no obstacle is inside out under another
+//! one, where the sum of what covers the ground is too small: only the obstacles' files tell which rings belong together, and whoever
+//! has them checks each polygon by itself.
 
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -44,7 +46,12 @@ impl Claims {
 
     /// Whether a region may be what it is said to be.
     fn check_hole(&self, number: u64, depth: i32, marks: Marks) -> Result<(), String> {
-        let must = depth != 0 || marks.has(Marks::SEEDED) || self.exterior_is_hole && marks.has(Marks::OPEN);
+        if depth < 0 {
+            return Err(format!(
+                "region {number} is covered {depth} times: an obstacle is inside out there, and may free what another one covers"
+            ));
+        }
+        let must = depth > 0 || marks.has(Marks::SEEDED) || self.exterior_is_hole && marks.has(Marks::OPEN);
         match marks.has(Marks::HOLE) {
             true if !must && !marks.has(Marks::TOUCHED) => {
                 Err(format!("region {number} is a hole, but nothing makes it one"))

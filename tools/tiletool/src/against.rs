@@ -6,10 +6,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use delaunay_tiles::build::{LinesToSplit, SplitLines};
+use delaunay_tiles::build::{LinesToSplit, PolygonCheck, SplitLines};
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{InputOptions, PointBatch, PointSource, SegmentBatch, SiteBatch};
-use delaunay_tiles::store::{EdgeSource, LineBatch, LineSource, Metadata, TileReader};
+use delaunay_tiles::store::{EdgeSource, LineBatch, LineKind, LineSource, Metadata, TileReader};
 
 use crate::common;
 use crate::lines::{LineArgs, Lines};
@@ -30,7 +30,7 @@ pub struct Against<'a> {
     pub lines: &'a LineArgs,
     /// The files that lines were added from, by the directory.
     pub added: Vec<LineSource>,
-    /// Bytes for segments between records, if there are any.
+    /// Bytes for segments between records, if there are any, and for a polygon that is checked.
     pub memory: u64,
     /// Bytes for segments that are to be split.
     pub split_memory: u64,
@@ -63,10 +63,10 @@ impl Against<'_> {
         }
     }
 
-    /// Compares a file with all of it: what says most of what is wrong comes first.
-    pub async fn compare(&self, reader: &TileReader) -> anyhow::Result<Compared> {
+    /// Compares a file, whose lines were split or not, with all of it: what says most of what is wrong comes first.
+    pub async fn compare(&self, reader: &TileReader, is_split: bool) -> anyhow::Result<Compared> {
         self.check_completeness(reader)?;
-        let split = match is_split(reader) {
+        let split = match is_split {
             true => Some(self.split(&reader.directory().metadata)?),
             false => None,
         };
@@ -115,6 +115,25 @@ impl Against<'_> {
         Ok(points)
     }
 
+    /// Whether lines of a file were split, or polygons put right, which only a build that splits lines does.
+    pub fn is_split(&self, reader: &TileReader) -> anyhow::Result<bool> {
+        let metadata = &reader.directory().metadata;
+        Ok(!self.is_empty() && (metadata.crossings > 0 || !metadata.borders.is_empty() || self.any_inverted()?))
+    }
+
+    /// Whether any polygon is inside out.
+    fn any_inverted(&self) -> anyhow::Result<bool> {
+        let mut check = PolygonCheck::new(&std::env::temp_dir(), self.memory);
+        let (mut lines, mut batch) = (self.open_lines()?, SegmentBatch::default());
+        while let Some((kind, first)) = lines.next_batch(&mut batch)? {
+            if kind == LineKind::Obstacle {
+                check.push(first, &batch)?;
+            }
+        }
+        let faults = check.finish()?;
+        Ok(faults.inverted.is_some() || faults.inverted_if_uncrossed.is_some())
+    }
+
     /// All segments, in order.
     fn segments(&self) -> anyhow::Result<Segments<'_>> {
         let has_pairs = self.lines.has_pairs(self.inputs);
@@ -129,6 +148,7 @@ impl Against<'_> {
             read: SegmentBatch::default(),
             ready: LineBatch::default(),
             z: Vec::new(),
+            polygons: Vec::new(),
             given: 0,
             sought: Vec::new(),
             room: room.min(1 << 30) as usize,
@@ -141,8 +161,8 @@ impl Against<'_> {
         let (mut segments, mut batch) = (self.segments()?, LineBatch::default());
         segments.last_edit = 0;
         let mut lines = LinesToSplit::new(self.split_memory).at_borders(&metadata.borders);
-        while let Some(z) = segments.next_with_z(&mut batch)? {
-            lines.push(&batch, z)?;
+        while let Some((z, polygons)) = segments.next_with_z(&mut batch)? {
+            lines.push(&batch, z, polygons)?;
         }
         let split = lines.split(|within, take| self.points_within(within, take))?;
         if split.crossings() != crossings {
@@ -222,12 +242,6 @@ impl Against<'_> {
     }
 }
 
-/// Whether lines of a file were split.
-pub fn is_split(reader: &TileReader) -> bool {
-    let metadata = &reader.directory().metadata;
-    metadata.crossings > 0 || !metadata.borders.is_empty()
-}
-
 /// All that lies at vertices, numbered one behind the other: points, ends of the build's segments, points where these cross, sites,
 /// and ends of the segments of each edit.
 struct Places<'a> {
@@ -289,6 +303,9 @@ impl Places<'_> {
     }
 }
 
+/// z at the ends of segments, and their polygons.
+type WithZ<'a> = (&'a [[f64; 2]], &'a [u64]);
+
 /// All segments by their ends, in order.
 struct Segments<'a> {
     against: &'a Against<'a>,
@@ -300,6 +317,8 @@ struct Segments<'a> {
     /// Segments that are handed out next, of which so many were; and z at their ends, or NaN.
     ready: LineBatch,
     z: Vec<[f64; 2]>,
+    /// The polygons of those that are of obstacles.
+    polygons: Vec<u64>,
     given: usize,
     /// Records whose places are ends of these: twice the segment's place among them, and one more for its second end.
     sought: Vec<(u64, u32)>,
@@ -312,21 +331,22 @@ impl Segments<'_> {
         Ok(self.next_with_z(batch)?.is_some())
     }
 
-    /// The same, with z at the ends.
-    fn next_with_z(&mut self, batch: &mut LineBatch) -> anyhow::Result<Option<&[[f64; 2]]>> {
+    /// The same, with z at the ends, and the polygon of each.
+    fn next_with_z(&mut self, batch: &mut LineBatch) -> anyhow::Result<Option<WithZ<'_>>> {
         batch.clear();
         if self.given == self.ready.ends.len() {
             self.ready.clear();
             self.z.clear();
+            self.polygons.clear();
             self.given = 0;
             self.fill()?;
         }
         let end = self.ready.ends.len().min(self.given + BATCH);
         batch.ends.extend_from_slice(&self.ready.ends[self.given..end]);
         batch.sources.extend_from_slice(&self.ready.sources[self.given..end]);
-        let z = &self.z[self.given..end];
+        let given = self.given..end;
         self.given = end;
-        Ok((!batch.ends.is_empty()).then_some(z))
+        Ok((!batch.ends.is_empty()).then_some((&self.z[given.clone()], &self.polygons[given])))
     }
 
     /// Reads segments: a few, or as many as there is room for if points are to be read for them.
@@ -337,6 +357,7 @@ impl Segments<'_> {
                 z,
                 records,
                 lines,
+                polygons,
             } = &self.read;
             if !records.is_empty() && self.sought.is_empty() {
                 let more = (self.room + BATCH).saturating_sub(self.ready.ends.len());
@@ -348,6 +369,8 @@ impl Segments<'_> {
             self.ready.sources.extend(sources);
             self.z.resize(self.ready.ends.len(), [f64::NAN; 2]);
             self.z.extend_from_slice(z);
+            self.polygons.resize(self.ready.ends.len(), 0);
+            self.polygons.extend_from_slice(polygons);
             self.ready.ends.extend_from_slice(ends);
             for pair in records {
                 let place = 2 * self.ready.ends.len() as u32;
@@ -359,6 +382,7 @@ impl Segments<'_> {
             }
         }
         self.z.resize(self.ready.ends.len(), [f64::NAN; 2]);
+        self.polygons.resize(self.ready.ends.len(), 0);
         self.look_up()
     }
 

@@ -118,7 +118,7 @@ async fn constrain(args: &ConstrainArgs, lines: Lines) -> anyhow::Result<(EditSu
                 EditError::Outside { line, .. } | EditError::OpenRing { line } | EditError::NoZ { line, .. } => {
                     Some(name(*line))
                 }
-                EditError::Inverted { first, .. } => Some(name(first.obstacle)),
+                EditError::Inverted(inverted) => Some(name(inverted.first.obstacle)),
                 EditError::Crossed { line, other, .. } => {
                     let other = other.map(|other| format!(" and {}", name(other.number())));
                     Some(name(line.number()) + &other.unwrap_or_default())

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
-use delaunay_tiles::build::{BuildError, Builder, Crossings, Editor, Inverted, MissingZ, Steiner, WithoutZ};
+use delaunay_tiles::build::{
+    BuildError, Builder, Crossings, Editor, Inverted, InvertedPolygons, MissingZ, Steiner, WithoutZ,
+};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{FileStamp, PolySource, Reading, SegmentBatch, SegmentSource, SiteBatch, SiteSource};
 use delaunay_tiles::shown;
@@ -502,14 +504,14 @@ impl Lines {
         format!("site {site}")
     }
 
-    /// Says of regions that are inside out where the first one is.
-    pub fn inverted_note(&self, regions: u64, first: Inverted) -> String {
-        let regions = match regions {
-            1 => "1 region is".to_owned(),
-            regions => format!("{} regions are", common::thousands(regions)),
+    /// Says of parts of polygons that are inside out where the first one is.
+    pub fn inverted_note(&self, parts: u64, first: Inverted) -> String {
+        let parts = match parts {
+            1 => "1 part of a polygon is".to_owned(),
+            parts => format!("{} parts of polygons are", common::thousands(parts)),
         };
         format!(
-            "{regions} inside out, since rings are nested wrongly or cross, and covered all the same; the first is of {} at \
+            "{parts} inside out, since rings are nested wrongly or cross, and covered all the same; the first is of {} at \
              ({}, {})",
             self.name(first.obstacle),
             first.point.x,
@@ -524,15 +526,17 @@ impl Lines {
             return error.context(name);
         }
         match error.downcast_ref() {
-            Some(&BuildError::OpenRing { obstacle }) => error.context(self.name(obstacle)),
-            Some(BuildError::Inverted { first, regions }) => {
-                let others = match regions {
+            Some(&(BuildError::OpenRing { obstacle } | BuildError::PolygonMemory { obstacle, .. })) => {
+                error.context(self.name(obstacle))
+            }
+            Some(BuildError::Inverted(InvertedPolygons { first, polygons })) => {
+                let others = match polygons {
                     1 => String::new(),
-                    regions => format!("; {} regions are so", common::thousands(*regions)),
+                    polygons => format!("; {} polygons are inside out", common::thousands(*polygons)),
                 };
                 anyhow::anyhow!(
                     "{} is inside out at ({}, {}): a hole of it lies outside of it or in another of its holes, or a ring of it \
-                     runs round there the other way{others}\nput it right, or give --crossings split, which covers such regions too",
+                     runs round there the other way{others}\nput it right, or give --crossings split, which covers such parts too",
                     self.name(first.obstacle),
                     first.point.x,
                     first.point.y

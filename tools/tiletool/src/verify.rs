@@ -7,7 +7,7 @@ use clap::Args;
 use delaunay_tiles::build::peak_memory;
 use serde::Serialize;
 
-use crate::against::{self, Against, Compared};
+use crate::against::{Against, Compared};
 use crate::common::{self, MemoryArgs};
 use crate::input_args::InputArgs;
 use crate::lines::LineArgs;
@@ -157,7 +157,7 @@ async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
     };
     let mut reader = args.memory.open_beside(&args.file, against.byte_size()).await?;
     against.added = reader.directory().metadata.lines.clone();
-    let is_split = against::is_split(&reader) && !against.is_empty();
+    let is_split = against.is_split(&reader)?;
     if is_split {
         let others = against.byte_size() + against.split_memory;
         reader = args.memory.open_beside(&args.file, others).await?;
@@ -177,7 +177,7 @@ async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
         points,
         segments,
         sites,
-    } = against.compare(&reader).await?;
+    } = against.compare(&reader, is_split).await?;
     output.input_points = Some(points);
     output.input_segments = segments;
     output.is_split = is_split;

@@ -333,7 +333,7 @@ fn lines_that_cross_are_split() {
         "{error}"
     );
     assert!(
-        error.ends_with("or give --crossings split, which covers such regions too\n"),
+        error.ends_with("or give --crossings split, which covers such parts too\n"),
         "{error}"
     );
     let [built, _] = town.build("--obstacles beside.geojson --crossings split");
@@ -343,7 +343,7 @@ fn lines_that_cross_are_split() {
     );
     assert_eq!(
         built["notes"][0],
-        "1 region is inside out, since rings are nested wrongly or cross, and covered all the same; the first is of \
+        "1 part of a polygon is inside out, since rings are nested wrongly or cross, and covered all the same; the first is of \
          beside.geojson: feature 1 (counted from 0) at (6, 1)"
     );
     // Where nothing crosses it makes no difference.
