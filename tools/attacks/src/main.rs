@@ -9,6 +9,7 @@
 
 mod bytes;
 mod campaign;
+mod limits;
 mod power;
 mod pslg;
 mod refusals;
@@ -54,6 +55,8 @@ enum Attack {
     Power,
     /// Stars of lines that share a vertex, put off or added later.
     Stars,
+    /// Commands with random budgets, under hard limits of memory.
+    Limits,
 }
 
 impl Attack {
@@ -65,6 +68,7 @@ impl Attack {
             Self::Refusals => refusals::round,
             Self::Power => power::round,
             Self::Stars => stars::round,
+            Self::Limits => limits::round,
         }
     }
 }
