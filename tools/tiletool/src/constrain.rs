@@ -7,6 +7,7 @@ use clap::Args;
 use delaunay_tiles::build::{EditError, EditSummary, Editor, peak_memory};
 use serde::Serialize;
 
+use crate::allocator;
 use crate::common::{self, MemoryArgs};
 use crate::lines::{LineFiles, Lines};
 
@@ -89,6 +90,8 @@ pub fn run(args: ConstrainArgs) -> anyhow::Result<()> {
 }
 
 async fn constrain(file: &Path, lines: Lines, memory: u64) -> anyhow::Result<(EditSummary, Lines)> {
+    // Lists of tiles grow bit by bit, and would leave holes of their size behind: as much of them as can be is to be mapped.
+    allocator::keep_to(0);
     let editor = Editor::open(file, memory).await?;
     let first_line = editor.first_line();
     let (editor, lines) = common::on_thread("lines", move || lines.feed_editor(editor)).await?;

@@ -1,6 +1,7 @@
 //! The command line of delaunay-tiles: a file or a folder per command.
 
 mod against;
+mod allocator;
 mod bench;
 mod build;
 mod common;
@@ -58,6 +59,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    allocator::begin();
     let command = Cli::parse().command;
     let done = limits::prepare().and_then(|()| run(command));
     match done {

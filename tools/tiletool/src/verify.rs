@@ -153,13 +153,9 @@ async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
         memory: args.memory.bytes() / 8,
         split_memory: args.memory.bytes() / 2,
     };
-    let mut reader = args.memory.open_beside(&args.file, against.byte_size()).await?;
+    let mut reader = args.memory.open(&args.file).await?;
     against.added = reader.directory().metadata.lines.clone();
     let is_split = against::is_split(&reader) && !against.is_empty();
-    if is_split {
-        let others = against.byte_size() + against.split_memory;
-        reader = args.memory.open_beside(&args.file, others).await?;
-    }
     let report = reader.verify(args.deep).await?;
     output.tiles = report.tiles;
     output.vertices = report.vertices;
@@ -170,6 +166,14 @@ async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
     output.hole_regions = report.hole_regions;
     if against.is_empty() {
         return Ok(());
+    }
+    let mut others = against.byte_size();
+    if is_split {
+        against.split_memory = against::split_memory(&reader.directory().metadata, args.memory.bytes());
+        others += against.split_memory;
+    }
+    if others > 0 {
+        reader = args.memory.open_beside(&args.file, others).await?;
     }
     let Compared {
         points,

@@ -17,6 +17,7 @@ use delaunay_tiles::store::Source;
 use serde::{Deserialize, Serialize};
 use tokio::sync::{Notify, mpsc};
 
+use crate::allocator;
 use crate::common;
 use crate::input_args::InputArgs;
 use crate::lines::{LineArgs, LineRules, Lines};
@@ -102,6 +103,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     if let Some(memory) = args.memory {
         options.memory = memory.as_u64();
     }
+    allocator::keep_to(options.memory);
     let input_options = args.input.options();
     let is_filtered = !input_options.classes.is_empty() || input_options.returns != Returns::All;
     let source = PointSource::open(&args.inputs, &input_options)?;
