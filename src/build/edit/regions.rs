@@ -82,10 +82,8 @@ pub(super) struct Joining {
 }
 
 impl Joining {
-    /// Bytes that each part takes, with room to grow, or with its label.
-    const BYTES: u64 = 64;
-    /// Bytes of a triangle that waits, in a table that is not full.
-    const WAITING_BYTES: u64 = 44;
+    /// Bytes that each part takes.
+    pub(super) const BYTES: u64 = 32;
 
     pub(super) fn new(metadata: &Metadata) -> Self {
         Self {
@@ -106,7 +104,7 @@ impl Joining {
 
     /// Bytes that it takes in memory.
     pub(super) fn byte_size(&self) -> u64 {
-        self.marks.len() as u64 * Self::BYTES + Self::WAITING_BYTES * self.waiting.capacity() as u64
+        self.marks.len() as u64 * Self::BYTES + 64 * self.waiting.len() as u64
     }
 
     /// Takes the next tile; `before` is the tile as it was, if it is not changed.
