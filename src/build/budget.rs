@@ -1,12 +1,30 @@
 //! How much memory there is, and who gets how much of it.
 //!
-//! ```text
-//! while points come   those that fit, or buffers of runs
-//! afterwards          tiles in work, one for each thread    WORK_BYTES for each vertex
-//!                     blocks: one in work, one that comes   at most three quarters of the rest
-//!                     seams that wait                       an eighth; a merge takes the place of a tile
-//!                     border log                            an eighth
-//! ```
+//! M is what the caller allows. Shares of one column are in memory at the same time; their sum is at most M.
+//!
+//! | of a build | while points come | while blocks are in work | while lines that were put off are inserted |
+//! | --- | --- | --- | --- |
+//! | segments on their way, their join ([`super::segments`]) | M/4 at most | M/8 at most, what is not in blocks | |
+//! | sites and seeds | M/4 at most | the same | ids alone |
+//! | points in memory | what is left, less tiles in work | none, or all | |
+//! | points that do not fit | buffers of runs: an eighth of what is left, 64 MiB at most | blocks: three quarters of what tiles leave | |
+//! | tiles in work, one for each thread | | `WORK_BYTES` a vertex | |
+//! | seams that wait | | an eighth of what tiles leave; a merge takes the place of a tile | |
+//! | border log | | an eighth of what tiles leave, 16 MiB at most | |
+//! | triangles that are held | | an eighth of M for a node, in the place of a tile ([`super::constrain`]) | |
+//! | the edit | | | M ([`edit_shares`]) |
+//!
+//! | of an edit | |
+//! | --- | --- |
+//! | segments, with their ends | `EDIT_SEGMENT_BYTES` each, M/2 at most |
+//! | tiles that are read, put together and written | five of the largest for each thread |
+//! | regions | M/8, and up to M/4 when the ends of segments are gone |
+//! | the cache of tiles | the rest, from M/8 to 5 M/8 |
+//!
+//! A pass over a file keeps a sixteenth for what is on its way (`store/pass.rs`).
+//!
+//! The shares count what is asked of the allocator. What that keeps of what was given back comes on top: the program `tiletool` sets it
+//! so that this is little. A caller of the library who must keep to a limit does so too: one arena, and large allocations mapped.
 
 use std::fs;
 
@@ -206,6 +224,40 @@ pub(super) fn resumed_shares(options: &BuildOptions, plan: &Plan) -> Result<Shar
             needed: work_bytes(options, 1, load) + needed,
             budget: options.memory,
         }),
+    }
+}
+
+/// Who gets how much of an edit's memory, beside its segments.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct EditShares {
+    /// Threads that put tiles together.
+    pub(super) threads: usize,
+    /// Bytes of the tiles in the cache.
+    pub(super) tiles: u64,
+}
+
+/// Bytes of a segment that is inserted: itself, its ends while they are looked for, and the vertices that these are.
+const EDIT_SEGMENT_BYTES: u64 = 184;
+
+/// The memory of an edit for which so many segments are not too many.
+pub(super) fn least_edit(segments: u64) -> u64 {
+    2 * EDIT_SEGMENT_BYTES * segments
+}
+
+/// The shares of an edit that inserts so many segments. The largest tile has so many bytes in the file.
+pub(super) fn edit_shares(memory: u64, segments: u64, threads: usize, largest_tile: u64) -> EditShares {
+    /// Bytes of memory for each thread, at least.
+    const OF_THREAD: u64 = 256 << 20;
+    /// A thread has a tile as it was read, or its drafts and what they are encoded in; beside it another tile is read or written.
+    const TILES_IN_WORK: u64 = 5;
+    let threads = threads.min((memory / OF_THREAD) as usize).max(1);
+    let in_work = threads as u64 * TILES_IN_WORK * largest_tile;
+    let regions = memory / 8;
+    let others = segments * EDIT_SEGMENT_BYTES + in_work + regions;
+    EditShares {
+        threads,
+        // Tiles in use are in memory in any case.
+        tiles: memory.saturating_sub(others).clamp(memory / 8, memory / 8 * 5),
     }
 }
 

@@ -19,7 +19,8 @@ pub struct BuildOptions {
     pub merge_vertices: usize,
     /// Threads that compute.
     pub threads: usize,
-    /// Bytes of memory that the build may use.
+    /// Bytes of memory that the build may use: what it asks of the allocator. An allocator may keep more of what was given back. With
+    /// glibc this is little if there is one arena (`M_ARENA_MAX`) and large allocations are mapped (`M_MMAP_THRESHOLD`).
     pub memory: u64,
     /// The in-core engine.
     pub engine: EngineKind,

@@ -35,7 +35,7 @@ pub use ids::{TileId, VertexId};
 pub use kd_tree::{KdNode, KdTree};
 pub(crate) use metadata::hull_edges;
 pub use metadata::{LineSource, Metadata, Source};
-pub(crate) use pass::{Needs, Plan, TileInPass, Workspaces, by_tile, joined, list_for, spawn};
+pub(crate) use pass::{Needs, Plan, TileInPass, Workspaces, by_tile, for_tiles, joined, list_for, spawn};
 pub use reader::{OpenOptions, ReadError, TileReader};
 pub(crate) use superblock::BLOCK;
 pub use superblock::{FORMAT_VERSION, FileId};

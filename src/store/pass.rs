@@ -15,7 +15,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::task::JoinHandle;
 
 use super::{Directory, ReadError, Tile, TileEntry, TileId, TileReader};
-use crate::io::blocking;
+use crate::io::{blocking, memory_of};
 
 /// Bytes of tiles that are read ahead, if the memory allows.
 const READ_AHEAD: u64 = 64 << 20;
@@ -50,7 +50,12 @@ struct Cost {
 impl Needs {
     fn cost(self, directory: &Directory) -> Cost {
         let tiles = &directory.tiles;
-        let length = |t: &TileEntry| u64::from(t.core.length) + u64::from(t.border.length);
+        let length = |t: &TileEntry| {
+            [t.core, t.border]
+                .map(|its| memory_of(its.length as usize) as u64)
+                .iter()
+                .sum::<u64>()
+        };
         let vertices = tiles.iter().map(|t| u64::from(t.vertices)).max().unwrap_or(0);
         Cost {
             fixed: self.fixed.saturating_add(DIRECTORY_BYTES * tiles.len() as u64),
@@ -99,6 +104,7 @@ impl Plan {
         if least > memory {
             return Err(least);
         }
+        let memory = for_tiles(memory).max(least);
         // A thread is of use if there is a tile for it.
         let with = |threads: usize| {
             let left = (memory - fixed).checked_sub(work.saturating_mul(threads as u64))?;
@@ -113,6 +119,12 @@ impl Plan {
             .find_map(with)
             .unwrap_or(Self { tiles: 1, threads: 1 }))
     }
+}
+
+/// The part of a pass's memory, in bytes, that tiles and what is computed with them may take. The rest is for what was computed and is on
+/// its way, input that is read, and holes in the heap.
+pub(crate) const fn for_tiles(memory: u64) -> u64 {
+    memory - memory / 16
 }
 
 /// A tile that takes one of its pass's slots until it is dropped.

@@ -33,15 +33,16 @@ use tokio::runtime::Handle;
 use tokio::sync::oneshot;
 
 use super::MissingZ;
+use super::budget;
 use super::missing_z::NO_Z;
 use super::polygons::{InvertedPolygons, PolygonCheck};
-use super::segments::{SEGMENT_BYTES, Segment};
+use super::segments::Segment;
 use super::vertex_index::VertexIndex;
 use crate::geometry::{MortonSquare, Point, Rect};
 use crate::input::SegmentBatch;
 use crate::io::start_thread;
 use crate::shown;
-use crate::store::{EdgeSource, LineKind, LineSource, ReadError, TileId, Vertex, hull_edges};
+use crate::store::{EdgeSource, LineKind, LineSource, ReadError, TileId, Vertex, VertexId, hull_edges};
 use regions::{Joining, Labels, Parts};
 use strip::{Inserting, Piece};
 use tile::{EditTile, NewVertex};
@@ -260,7 +261,7 @@ impl Editor {
     /// Takes segments; their lines are numbered from `first_line` on, among those that are new.
     ///
     /// # Errors
-    /// If they are given by record numbers, do not all tell of which polygon they are, or take more than a quarter of the memory.
+    /// If they are given by record numbers, do not all tell of which polygon they are, or take more than half of the memory.
     pub fn push(&mut self, kind: LineKind, first_line: u64, batch: &SegmentBatch) -> Result<(), EditError> {
         if !batch.records.is_empty() {
             return Err(EditError::Records);
@@ -279,7 +280,7 @@ impl Editor {
             self.z.extend_from_slice(&batch.z);
         }
         self.segments.extend(segments);
-        let needed = 4 * self.segments.len() as u64 * (SEGMENT_BYTES + size_of::<Piece>() as u64);
+        let needed = budget::least_edit(self.segments.len() as u64);
         if needed > self.memory {
             return Err(EditError::Memory {
                 needed,
@@ -303,8 +304,8 @@ impl Editor {
             target,
             memory,
             lines,
-            segments,
-            z,
+            mut segments,
+            mut z,
             missing_z,
             mut polygons,
             ..
@@ -317,6 +318,9 @@ impl Editor {
         if let Some(inverted) = faults.inverted {
             return Err(EditError::Inverted(inverted));
         }
+        drop(polygons);
+        segments.shrink_to_fit();
+        z.shrink_to_fit();
         let work = Work {
             new_records: 2 * segments.len() as u64,
             segments,
@@ -358,9 +362,6 @@ impl Work {
     }
 }
 
-/// Bytes of memory for each thread that puts tiles together, at least.
-const MEMORY_OF_THREAD: u64 = 256 << 20;
-
 /// Makes segments constraints of a file, on a thread of its own.
 pub(super) async fn edit(
     target: Target,
@@ -400,8 +401,8 @@ fn edit_here(
     runtime: Handle,
 ) -> Result<EditSummary, EditError> {
     let began = Instant::now();
-    let threads = work.threads.min((memory / MEMORY_OF_THREAD) as usize).max(1);
-    let mut tiles = Tiles::open(target, memory / 8 * 5, threads, work.is_draft, runtime)?;
+    let shares = |largest| budget::edit_shares(memory, work.segments.len() as u64, work.threads, largest);
+    let mut tiles = Tiles::open(target, &shares, work.is_draft, runtime)?;
     let Work { segments, lines, .. } = work;
     let (ends, vertices) = find_ends(&mut tiles, work, is_stopped)?;
     let mut inserting = Inserting::default();
@@ -411,6 +412,7 @@ fn edit_here(
         }
         inserting.insert(&mut tiles, piece)?;
     }
+    drop(ends);
     let tile_reads = tiles.reads();
     let (labels, constraint_edges) = join(&mut tiles, memory, is_stopped)?;
     let (regions, spanning, hole_regions) = (labels.regions, labels.spanning, labels.hole_regions);
@@ -471,7 +473,15 @@ fn find_ends(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> R
         ends.push((tile, place, end));
     }
     ends.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| a.1.lex_cmp(b.1)).then_with(|| a.2.cmp(&b.2)));
-    let mut found: Vec<Option<Vertex>> = vec![None; ends.len()];
+    // All of them are replaced.
+    let nowhere = Vertex {
+        id: VertexId {
+            tile: TileId(u32::MAX),
+            index: 0,
+        },
+        point: Point::new(0.0, 0.0),
+    };
+    let mut found = vec![nowhere; ends.len()];
     let mut added = 0;
     let needs_z = metadata_has_z && work.missing_z == MissingZ::Error;
     let mut without_z: Vec<u32> = Vec::new();
@@ -509,7 +519,7 @@ fn find_ends(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> R
             numbers = numbers_in(&tile);
         }
         for (&(_, place, end), number) in group.iter().zip(numbers) {
-            found[end as usize] = Some(tile.vertex(number.ok_or_else(|| no_vertex(place))?));
+            found[end as usize] = tile.vertex(number.ok_or_else(|| no_vertex(place))?);
         }
     }
     if let Some(&first) = without_z.iter().min() {
@@ -520,7 +530,7 @@ fn find_ends(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> R
             count: without_z.len() as u64,
         });
     }
-    Ok((found.into_iter().flatten().collect(), added))
+    Ok((found, added))
 }
 
 /// Makes vertices of ends in one tile, each at another place. The ends of all segments have the record numbers from
@@ -541,19 +551,17 @@ fn add_vertices(tiles: &mut Tiles, work: &Work, ends: &[End], first_record: u64)
 
 /// Puts segments in the order of a space-filling curve, so that those that cross the same tiles come together; these are the vertices at
 /// their ends.
-fn pieces(segments: &[Segment], ends: &[Vertex]) -> Vec<Piece> {
-    let middles = segments
-        .iter()
-        .map(|Segment { ends: [a, b], .. }| Point::new((a.x + b.x) / 2.0, (a.y + b.y) / 2.0));
-    let middles: Vec<Point> = middles.collect();
-    let square = MortonSquare::around(Rect::around(middles.iter().copied()));
+fn pieces(segments: &[Segment], ends: &[Vertex]) -> impl Iterator<Item = Piece> {
+    let middle = |Segment { ends: [a, b], .. }: &Segment| Point::new((a.x + b.x) / 2.0, (a.y + b.y) / 2.0);
+    let square = MortonSquare::around(Rect::around(segments.iter().map(middle)));
     let (ends, _) = ends.as_chunks();
-    let all = segments.iter().zip(ends).zip(middles);
-    let mut pieces: Vec<(u64, Piece)> = all
-        .map(|((&Segment { source, .. }, &ends), middle)| (square.key(middle), Piece { ends, source }))
-        .collect();
-    pieces.sort_by_key(|(key, _)| *key);
-    pieces.into_iter().map(|(_, piece)| piece).collect()
+    let keys = segments.iter().map(|segment| square.key(middle(segment)));
+    let mut order: Vec<(u64, u32)> = keys.zip(0..).collect();
+    order.sort_unstable();
+    order.into_iter().map(move |(_, number)| Piece {
+        ends: ends[number as usize],
+        source: segments[number as usize].source,
+    })
 }
 
 /// Joins what lies side by side in all tiles. Returns also how many constraint edges there are.

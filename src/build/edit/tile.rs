@@ -113,13 +113,24 @@ impl EditTile {
         this
     }
 
-    /// Bytes that it takes in memory, about.
+    /// Bytes that it takes in memory, about: with the room that lists have to grow.
     pub(super) fn byte_size(&self) -> usize {
-        let per_vertex = size_of::<Point>() + 8 + 4 + if self.z.is_empty() { 0 } else { 8 };
-        per_vertex * self.points.len()
-            + 25 * self.triangles.len()
-            + (size_of::<Vertex>() + 24) * self.foreign.len()
-            + 48 * self.sources.len()
+        /// Of an entry of a hash table, beside what it holds: tables are seven eighths full at most, and half of that at least.
+        const OF_ENTRY: usize = 8;
+        /// Of a list of one source, which is an allocation of its own.
+        const OF_SOURCES: usize = 48;
+        bytes_of(&self.points)
+            + bytes_of(&self.z)
+            + bytes_of(&self.records)
+            + bytes_of(&self.leaving)
+            + bytes_of(&self.triangles)
+            + bytes_of(&self.across)
+            + bytes_of(&self.bits)
+            + bytes_of(&self.free)
+            + bytes_of(&self.foreign)
+            + (size_of::<(VertexId, u32)>() + OF_ENTRY) * self.foreign_places.capacity()
+            + (size_of::<([u32; 2], Vec<EdgeSource>)>() + OF_ENTRY) * self.sources.capacity()
+            + OF_SOURCES * self.sources.len()
             + 8 * self.source_count
             + 32 * self.sites.len()
             + self.hubs.byte_size()
@@ -276,9 +287,13 @@ impl EditTile {
     pub(super) fn add_vertices(&mut self, new: &[NewVertex], has_z: bool) -> u32 {
         let own = self.points.len() as u32;
         let more = new.len() as u32;
+        make_room(&mut self.points, new.len());
         self.points.extend(new.iter().map(|vertex| vertex.point));
+        make_room(&mut self.records, new.len());
         self.records.extend(new.iter().map(|vertex| vertex.record));
+        make_room(&mut self.leaving, new.len());
         if has_z {
+            make_room(&mut self.z, new.len());
             self.z.extend(new.iter().map(|vertex| vertex.z));
         }
         self.leaving.resize(self.points.len(), NONE);
@@ -316,6 +331,10 @@ impl EditTile {
     pub(super) fn replace(&mut self, patch: &Patch, share: &Share, at: &mut Seats) -> Result<Vec<Unlinked>, String> {
         let Share { old, new, .. } = share;
         self.take_out(patch, old, at)?;
+        let more = new.len().saturating_sub(self.free.len());
+        make_room(&mut self.triangles, more);
+        make_room(&mut self.across, more);
+        make_room(&mut self.bits, more);
         for &number in new {
             let New { corners, bits, .. } = patch.new[number as usize];
             let corners = corners.map(|corner| self.corner_for(patch.vertices[corner as usize]));
@@ -465,6 +484,7 @@ impl EditTile {
             return corner;
         }
         let corner = (self.points.len() + self.foreign.len()) as u32;
+        make_room(&mut self.foreign, 1);
         self.foreign.push(vertex);
         self.foreign_places.insert(vertex.id, corner);
         corner
@@ -490,5 +510,17 @@ impl EditTile {
         let corners = self.triangles[place as usize].map(|corner| self.vertex(corner));
         let smallest = corners.iter().min_by(|a, b| a.point.lex_cmp(b.point));
         smallest.is_some_and(|vertex| vertex.id.tile == self.id)
+    }
+}
+
+/// Bytes of a list, with the room that it has to grow.
+fn bytes_of<T>(list: &Vec<T>) -> usize {
+    list.capacity() * size_of::<T>()
+}
+
+/// Makes room in a list for so many more, and for an eighth of what is there: tiles grow little, and a cache is full of them.
+fn make_room<T>(list: &mut Vec<T>, more: usize) {
+    if list.capacity() - list.len() < more {
+        list.reserve_exact(more.max(list.len() / 8));
     }
 }

@@ -21,6 +21,7 @@ use tokio::task::JoinHandle;
 use super::EditError;
 use super::regions::{Labels, Parts};
 use super::tile::EditTile;
+use crate::build::budget::EditShares;
 use crate::io::{Buffers, ReadAt, ThreadsFile, open_regular, output_target, start_thread};
 use crate::mesh::next_side;
 use crate::shown;
@@ -153,16 +154,16 @@ impl From<ReadError> for EditError {
 }
 
 impl Tiles {
-    /// Opens a file to edit it; tiles in memory take up to `capacity` bytes, and so many threads put them together. A file that is a
+    /// Opens a file to edit it; `shares` tells how much memory there is for its tiles, from the bytes of the largest. A file that is a
     /// `draft` is not made sure to be on the medium.
     pub(super) fn open(
         target: Target,
-        capacity: u64,
-        threads: usize,
+        shares: &dyn Fn(u64) -> EditShares,
         is_draft: bool,
         runtime: Handle,
     ) -> Result<Self, EditError> {
         let reader = runtime.block_on(target.read())?;
+        let EditShares { threads, tiles } = shares(reader.largest_tile());
         let Target { path, file } = target;
         let generation = u32::try_from(reader.generation() + 1);
         let entries = reader.directory().tiles.clone();
@@ -190,7 +191,7 @@ impl Tiles {
         let write_back = move |id, tile| Arc::clone(&theirs).write(id, tile).boxed();
         Ok(Self {
             runtime,
-            cache: EditCache::new(capacity as usize, write_back),
+            cache: EditCache::new(tiles as usize, write_back),
             is_changed: vec![false; disk.reader.directory().tiles.len()],
             disk,
             gone,

@@ -36,7 +36,7 @@ use std::sync::Arc;
 
 use futures::stream::StreamExt;
 
-use super::{Directory, EdgeSource, Needs, Plan, ReadError, Tile, TileId, TileReader, Workspaces};
+use super::{Directory, EdgeSource, Needs, Plan, ReadError, Tile, TileId, TileReader, Workspaces, for_tiles};
 use crate::geometry::{Point, Rect};
 pub use lines::LineBatch;
 use tile::{Expected, Places, TileReport};
@@ -202,7 +202,7 @@ impl TileReader {
     ) -> Result<(Plan, usize), ReadError> {
         let memory = self.memory().unwrap_or(LOOKUP_MEMORY);
         // The more at once, the fewer passes; but tiles that are read ahead make these faster.
-        let left = memory.saturating_sub(needs(0).least(self.directory()));
+        let left = for_tiles(memory).saturating_sub(needs(0).least(self.directory()));
         let at_once = (left / 4 * 3 / bytes).min(range.end).max(range.start);
         Ok((self.plan(needs(at_once))?, at_once as usize))
     }

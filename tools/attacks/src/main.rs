@@ -9,6 +9,7 @@
 
 mod bytes;
 mod campaign;
+mod limits;
 mod power;
 mod pslg;
 mod refusals;
@@ -55,6 +56,8 @@ enum Attack {
     Power,
     /// Stars of lines that share a vertex, put off or added later.
     Stars,
+    /// Commands with random budgets, under hard limits of memory.
+    Limits,
     /// A web server that lies.
     Web,
 }
@@ -68,6 +71,7 @@ impl Attack {
             Self::Refusals => refusals::round,
             Self::Power => power::round,
             Self::Stars => stars::round,
+            Self::Limits => limits::round,
             Self::Web => web::round,
         }
     }

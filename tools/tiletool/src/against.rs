@@ -242,6 +242,15 @@ impl Against<'_> {
     }
 }
 
+/// Of the memory of a verification, in bytes, the part for lines that are split again: half, or what the build may have had for as many.
+pub fn split_memory(metadata: &Metadata, memory: u64) -> u64 {
+    /// Bytes of a segment, and of a crossing, while segments are split.
+    const BYTES: u64 = 300;
+    // Each segment is an edge at least.
+    let most = metadata.constraint_edges.saturating_add(metadata.crossings);
+    most.saturating_mul(BYTES).clamp(memory / 2, memory / 4 * 3)
+}
+
 /// All that lies at vertices, numbered one behind the other: points, ends of the build's segments, points where these cross, sites,
 /// and ends of the segments of each edit.
 struct Places<'a> {

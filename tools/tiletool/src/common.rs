@@ -19,7 +19,7 @@ use serde::Serialize;
 use tokio::runtime::Builder;
 use tokio::sync::oneshot;
 
-use crate::limits;
+use crate::{allocator, limits};
 
 /// Runs a command's asynchronous part: on a thread for each processor, or on this one where the system refuses others.
 pub fn block_on<T>(future: impl Future<Output = anyhow::Result<T>>) -> anyhow::Result<T> {
@@ -82,6 +82,7 @@ impl MemoryArgs {
 
     /// Opens a tile file for a command that needs so many bytes of this memory for other things.
     pub async fn open_beside(self, path: &Path, others: u64) -> anyhow::Result<TileReader> {
+        allocator::keep_to(self.bytes());
         let memory = self.bytes().saturating_sub(others);
         open(path, OpenOptions::default().memory(memory)).await
     }

@@ -7,6 +7,7 @@ use clap::Args;
 use delaunay_tiles::build::{EditError, EditSummary, Editor, peak_memory};
 use serde::Serialize;
 
+use crate::allocator;
 use crate::common::{self, MemoryArgs};
 use crate::lines::{LineFiles, Lines, MissingZArgs};
 
@@ -92,6 +93,8 @@ pub fn run(args: ConstrainArgs) -> anyhow::Result<()> {
 
 async fn constrain(args: &ConstrainArgs, lines: Lines) -> anyhow::Result<(EditSummary, Lines)> {
     let file = &args.file;
+    // Lists of tiles grow bit by bit, and would leave holes of their size behind: as much of them as can be is to be mapped.
+    allocator::keep_to(0);
     let mut editor = Editor::open(file, args.memory.bytes()).await?;
     editor.missing_z(args.missing_z.option());
     let first_line = editor.first_line();

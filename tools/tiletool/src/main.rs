@@ -1,6 +1,7 @@
 //! The command line of delaunay-tiles: a file or a folder per command.
 
 mod against;
+mod allocator;
 mod bench;
 mod build;
 mod common;
@@ -61,6 +62,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    allocator::begin();
     let report = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         // What a reader catches becomes an error.

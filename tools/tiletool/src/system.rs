@@ -92,8 +92,6 @@ pub fn prepare(is_memory_limited: bool) {
             libc::signal(libc::SIGABRT, handler(aborted));
             #[cfg(target_env = "gnu")]
             {
-                // By default glibc reserves 64 MiB of address space for each thread.
-                libc::mallopt(libc::M_ARENA_MAX, 1);
                 // Larger steps: it is then rarely the C library that is refused the next one.
                 libc::mallopt(libc::M_TOP_PAD, 1 << 20);
             }

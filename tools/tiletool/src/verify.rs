@@ -7,7 +7,7 @@ use clap::Args;
 use delaunay_tiles::build::peak_memory;
 use serde::Serialize;
 
-use crate::against::{Against, Compared};
+use crate::against::{self, Against, Compared};
 use crate::common::{self, MemoryArgs};
 use crate::input_args::InputArgs;
 use crate::lines::LineArgs;
@@ -155,13 +155,9 @@ async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
         split_memory: args.memory.bytes() / 2,
         files: Unchanged::default(),
     };
-    let mut reader = args.memory.open_beside(&args.file, against.byte_size()).await?;
+    let mut reader = args.memory.open(&args.file).await?;
     against.added = reader.directory().metadata.lines.clone();
     let is_split = against.is_split(&reader)?;
-    if is_split {
-        let others = against.byte_size() + against.split_memory;
-        reader = args.memory.open_beside(&args.file, others).await?;
-    }
     let report = reader.verify(args.deep).await?;
     output.tiles = report.tiles;
     output.vertices = report.vertices;
@@ -172,6 +168,14 @@ async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
     output.hole_regions = report.hole_regions;
     if against.is_empty() {
         return Ok(());
+    }
+    let mut others = against.byte_size();
+    if is_split {
+        against.split_memory = against::split_memory(&reader.directory().metadata, args.memory.bytes());
+        others += against.split_memory;
+    }
+    if others > 0 {
+        reader = args.memory.open_beside(&args.file, others).await?;
     }
     let Compared {
         points,

@@ -16,6 +16,7 @@ use delaunay_tiles::store::Source;
 use serde::{Deserialize, Serialize};
 use tokio::sync::{Notify, mpsc};
 
+use crate::allocator;
 use crate::common;
 use crate::input_args::InputArgs;
 use crate::lines::{LineArgs, LineRules, Lines, MissingZArgs};
@@ -105,6 +106,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
         options.memory = memory.as_u64();
     }
     options.missing_z = args.missing_z.option();
+    allocator::keep_to(options.memory);
     let input_options = InputOptions {
         missing_z: options.missing_z,
         ..args.input.options()

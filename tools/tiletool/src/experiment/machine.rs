@@ -3,6 +3,8 @@
 use std::fs;
 use std::thread::available_parallelism;
 
+use limited::after_colon;
+
 use crate::common;
 
 /// The processor, memory and system, as far as they can be told.
@@ -26,12 +28,6 @@ pub fn describe() -> String {
         Err(_) => std::env::consts::OS.to_owned(),
     });
     parts.join(", ")
-}
-
-/// What stands behind the first such name and a colon, in a text of the kernel's.
-pub fn after_colon<'a>(text: &'a str, name: &str) -> Option<&'a str> {
-    let mut lines = text.lines().filter_map(|line| line.split_once(':'));
-    lines.find_map(|(key, value)| (key.trim() == name).then(|| value.trim()))
 }
 
 /// The command that this process was started with, as it can be repeated: words that a shell would part are quoted.

@@ -12,9 +12,9 @@
 //! ```
 
 mod build;
-mod child;
+
 mod folder;
-mod limit;
+
 mod machine;
 mod peer;
 mod queries;

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, bail};
 
-use super::child::{Ended, measure};
+use limited::{Ended, measure};
 
 /// Whether a file's name ends so, in small letters or large ones.
 pub fn ends_in(file: &Path, suffix: &str) -> bool {

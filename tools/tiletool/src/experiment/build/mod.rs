@@ -20,14 +20,13 @@ use distributions::Kind;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Pictures;
-use super::child::{Ended, Took, measure};
 use super::folder::Folder;
-use super::limit::Limit;
 use super::peer::{self, Peer};
 use super::tiles::own_program;
 use crate::bench::caches;
 use crate::common;
 use crate::generate::parse_count;
+use limited::{Ended, Limit, Took, measure};
 use plan::{Data, Plan};
 use record::{Engine, Record};
 

@@ -3,10 +3,10 @@
 use anyhow::Context;
 use serde::Deserialize;
 
-use super::super::child::{Ended, Took};
 use super::super::peer::Peer;
 use super::super::table::{Cell, Table};
 use super::plan::Data;
+use limited::{Ended, Took};
 
 /// Who triangulates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

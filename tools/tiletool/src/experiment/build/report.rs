@@ -2,7 +2,6 @@
 
 use distributions::Kind;
 
-use super::super::child::Ended;
 use super::super::folder::Folder;
 use super::super::table::{Cell, Table};
 use super::super::{Pictures, machine};
@@ -11,6 +10,7 @@ use super::record::{Engine, Record, median};
 use super::{Measured, Peer};
 use crate::common;
 use crate::plot::chart::{Chart, Dimension, Line};
+use limited::Ended;
 
 /// Keeps the page and its charts.
 pub fn keep(measured: &Measured, pictures: Pictures, folder: &mut Folder) -> anyhow::Result<()> {
@@ -199,7 +199,7 @@ impl Page<'_> {
 
     /// Under a hard limit, where those who work in memory are ended.
     fn limited(&mut self) -> anyhow::Result<()> {
-        let limit = self.measured.limit;
+        let limit = &self.measured.limit;
         self.text += &format!(
             "\n## Under a hard limit of memory\n\nThe same once more on points of the first distribution, {}, with {}. `tiletool build` was told to use {}.\n\n",
             self.measured.plan.kinds.first().map_or("", |kind| kind.name()),

@@ -4,18 +4,25 @@
 
 use std::ffi::OsStr;
 use std::process::{Command, Stdio};
+use std::sync::Arc;
 
-use crate::common;
+use bytesize::ByteSize;
 
-/// How much memory a process may have resident, and what sees to it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+use crate::cgroup::Group;
+
+/// How much memory a process may have resident, and what sees to it. Processes that run at the same time by clones of one limit may
+/// share it.
+#[derive(Clone, Debug)]
 pub struct Limit {
+    /// In bytes.
     pub bytes: u64,
     means: Means,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 enum Means {
+    /// A cgroup that was made by hand.
+    Group(Arc<Group>),
     /// A scope of the system's or of the user's systemd, which is a cgroup.
     Scope { is_users: bool },
     /// Whoever measures the process looks at it all the time, and kills it.
@@ -24,22 +31,34 @@ enum Means {
 
 impl Limit {
     /// By the best means that there are.
+    #[must_use]
     pub fn new(bytes: u64) -> Self {
+        let group = Group::new(bytes).ok().map(|group| Means::Group(Arc::new(group)));
         let scopes = [false, true].map(|is_users| Means::Scope { is_users });
         let works = |means: &Means| {
-            let trial = Self { bytes, means: *means };
+            let trial = Self {
+                bytes,
+                means: means.clone(),
+            };
             let mut command = trial.command(OsStr::new("true"));
             command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
             command.status().is_ok_and(|status| status.success())
         };
-        let means = scopes.into_iter().find(works).unwrap_or(Means::Watch);
+        let means = group.into_iter().chain(scopes).find(works).unwrap_or(Means::Watch);
         Self { bytes, means }
     }
 
     /// A command that runs a program within the limit, if whoever runs it kills it beyond [`watched`](Self::watched).
     pub fn command(&self, program: &OsStr) -> Command {
-        let Means::Scope { is_users } = self.means else {
-            return Command::new(program);
+        let is_users = match &self.means {
+            Means::Watch => return Command::new(program),
+            Means::Group(group) => {
+                let mut command = Command::new("sh");
+                command.args(["-c", "echo $$ > \"$0\" && exec \"$@\""]);
+                command.arg(group.processes()).arg(program);
+                return command;
+            }
+            Means::Scope { is_users } => *is_users,
         };
         let mut command = Command::new("systemd-run");
         if is_users {
@@ -61,14 +80,17 @@ impl Limit {
     }
 
     /// Bytes of resident memory, beyond which the process is to be killed, as nobody else does.
+    #[must_use]
     pub fn watched(&self) -> Option<u64> {
-        (self.means == Means::Watch).then_some(self.bytes)
+        matches!(self.means, Means::Watch).then_some(self.bytes)
     }
 
     /// What it is, in words.
+    #[must_use]
     pub fn describe(&self) -> String {
-        let bytes = common::bytes(self.bytes);
+        let bytes = ByteSize::b(self.bytes).display().iec();
         match self.means {
+            Means::Group(_) => format!("{bytes} for each process, by a cgroup"),
             Means::Scope { .. } => {
                 format!("{bytes} for each process, by a cgroup (`systemd-run --scope -p MemoryMax`)")
             }
@@ -84,8 +106,8 @@ impl Limit {
 mod tests {
     use std::sync::atomic::AtomicBool;
 
-    use super::super::child::{Ended, measure};
     use super::*;
+    use crate::{Ended, measure};
 
     #[test]
     fn who_needs_more_is_ended_and_who_needs_less_goes_on() {

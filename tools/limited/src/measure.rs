@@ -14,7 +14,7 @@ use anyhow::{Context, bail};
 use rustix::param::clock_ticks_per_second;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, waitid};
 
-use super::machine::after_colon;
+use crate::after_colon;
 
 /// How a process ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,24 +30,31 @@ pub enum Ended {
 /// What a process took.
 #[derive(Clone, Debug)]
 pub struct Took {
+    /// How it ended.
     pub ended: Ended,
     /// From its start to its end.
     pub seconds: f64,
-    /// Processor time of all its threads in the program and in the system, in steps of a clock tick.
+    /// Processor time of all its threads in the program, in steps of a clock tick.
     pub user_seconds: Option<f64>,
+    /// That in the system.
     pub system_seconds: Option<f64>,
     /// The most memory that it had resident, in bytes.
     pub peak: Option<u64>,
-    /// Bytes that storage had to read and to write for it; what the page cache had is not among them.
+    /// The most that was seen of memory that belongs to no file, in bytes: without the program's code.
+    pub own_peak: Option<u64>,
+    /// Bytes that storage had to read for it; what the page cache had is not among them.
     pub storage_read: Option<u64>,
+    /// Bytes that storage had to write for it.
     pub storage_written: Option<u64>,
-    /// What it printed, and what it complained of.
+    /// What it printed.
     pub output: String,
+    /// What it complained of.
     pub errors: String,
 }
 
 impl Took {
     /// What it complained of, to be told as ours.
+    #[must_use]
     pub fn complaint(&self) -> &str {
         let errors = self.errors.trim();
         errors.strip_prefix("error: ").unwrap_or(errors)
@@ -59,6 +66,9 @@ const LOOK: Duration = Duration::from_millis(3);
 
 /// Runs a program in a folder. It is killed if it is seen to have more than `most` bytes in memory, files apart; and if `stop` is set,
 /// which is an error.
+///
+/// # Errors
+/// If it cannot be run, watched or waited for, or `stop` was set.
 pub fn measure(mut command: Command, folder: &Path, most: Option<u64>, stop: &AtomicBool) -> anyhow::Result<Took> {
     let name = command.get_program().to_string_lossy().into_owned();
     let [output, errors] = ["stdout", "stderr"].map(|name| folder.join(name));
@@ -75,7 +85,7 @@ pub fn measure(mut command: Command, folder: &Path, most: Option<u64>, stop: &At
     let seconds = began.elapsed().as_secs_f64();
     let (times, storage) = (times(child.id()), storage(child.id()));
     let status = child.wait().with_context(|| format!("cannot wait for {name}"))?;
-    let peak = watched.with_context(|| format!("cannot watch {name}"))?;
+    let seen = watched.with_context(|| format!("cannot watch {name}"))?;
     if stop.load(Ordering::Relaxed) {
         bail!("interrupted; nothing was written");
     }
@@ -85,7 +95,8 @@ pub fn measure(mut command: Command, folder: &Path, most: Option<u64>, stop: &At
         seconds,
         user_seconds: times.map(|times| times.0),
         system_seconds: times.map(|times| times.1),
-        peak,
+        peak: seen.map(|memory| memory.peak),
+        own_peak: seen.map(|memory| memory.own),
         storage_read: storage.map(|bytes| bytes.0),
         storage_written: storage.map(|bytes| bytes.1),
         output: read(&output).unwrap_or_default(),
@@ -94,14 +105,14 @@ pub fn measure(mut command: Command, folder: &Path, most: Option<u64>, stop: &At
 }
 
 /// Waits until a process has ended, without reaping it. Returns the most memory that was seen.
-fn watch(child: &Child, most: u64, stop: &AtomicBool) -> anyhow::Result<Option<u64>> {
+fn watch(child: &Child, most: u64, stop: &AtomicBool) -> anyhow::Result<Option<Memory>> {
     let (is_over, pid) = (AtomicBool::new(false), Pid::from_child(child));
     thread::scope(|scope| {
         let look = || {
-            let mut peak = None;
+            let mut most_seen: Option<Memory> = None;
             while !is_over.load(Ordering::Relaxed) {
                 let memory = Memory::of(child.id());
-                peak = memory.as_ref().map(|memory| memory.peak).max(peak);
+                most_seen = memory.map_or(most_seen, |memory| Some(memory.or_more(most_seen)));
                 let has_more = memory.is_some_and(|memory| memory.own > most);
                 if has_more || stop.load(Ordering::Relaxed) {
                     // It may have ended by itself meanwhile.
@@ -109,7 +120,7 @@ fn watch(child: &Child, most: u64, stop: &AtomicBool) -> anyhow::Result<Option<u
                 }
                 thread::sleep(LOOK);
             }
-            peak
+            most_seen
         };
         let looking = thread::Builder::new()
             .spawn_scoped(scope, look)
@@ -121,9 +132,9 @@ fn watch(child: &Child, most: u64, stop: &AtomicBool) -> anyhow::Result<Option<u
             }
         };
         is_over.store(true, Ordering::Relaxed);
-        let peak = looking.join().unwrap_or(None);
+        let most_seen = looking.join().unwrap_or(None);
         ended?;
-        Ok(peak)
+        Ok(most_seen)
     })
 }
 
@@ -138,6 +149,7 @@ fn ended(status: ExitStatus) -> Ended {
 }
 
 /// What a process has in memory, in bytes.
+#[derive(Clone, Copy)]
 struct Memory {
     /// The most that was resident so far.
     peak: u64,
@@ -146,6 +158,14 @@ struct Memory {
 }
 
 impl Memory {
+    /// The larger of each.
+    fn or_more(self, other: Option<Self>) -> Self {
+        other.map_or(self, |other| Self {
+            peak: self.peak.max(other.peak),
+            own: self.own.max(other.own),
+        })
+    }
+
     fn of(pid: u32) -> Option<Self> {
         let text = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
         let bytes = |name| {
