@@ -6,10 +6,12 @@
 use std::ffi::OsString;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, ErrorKind};
-use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use rustix::fs::OFlags;
+
+use super::regular::require_regular;
 
 /// The most symbolic links that are followed, as many as Linux follows.
 const MOST_LINKS: usize = 40;
@@ -21,8 +23,10 @@ const MOST_LINKS: usize = 40;
 pub fn output_target(path: &Path) -> io::Result<PathBuf> {
     let mut target = path.to_owned();
     match fs::metadata(path) {
-        Ok(found) if found.is_file() => return fs::canonicalize(path),
-        Ok(found) => return Err(no_file(&found)),
+        Ok(found) => {
+            require_regular(&found)?;
+            return fs::canonicalize(path);
+        }
         Err(error) if error.kind() == ErrorKind::NotFound => {}
         Err(error) => return Err(error),
     }
@@ -35,21 +39,6 @@ pub fn output_target(path: &Path) -> io::Result<PathBuf> {
         }
     }
     Err(rustix::io::Errno::LOOP.into())
-}
-
-/// What is wrong with an output that exists and is no file.
-fn no_file(found: &fs::Metadata) -> io::Error {
-    let kind = found.file_type();
-    let what = if kind.is_dir() {
-        return io::Error::new(ErrorKind::IsADirectory, "it is a folder");
-    } else if kind.is_fifo() {
-        "a pipe"
-    } else if kind.is_socket() {
-        "a socket"
-    } else {
-        "a device"
-    };
-    io::Error::new(ErrorKind::InvalidInput, format!("it is {what} and not a file"))
 }
 
 /// The folder that a file lies in.

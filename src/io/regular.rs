@@ -12,20 +12,21 @@ use std::path::Path;
 /// [`io::ErrorKind::IsADirectory`] of a folder and [`io::ErrorKind::InvalidInput`] of anything else
 /// that is no regular file, none of which is opened; what the system says.
 pub fn open_regular(path: &Path, how: &OpenOptions) -> io::Result<(File, Metadata)> {
-    check(&std::fs::metadata(path)?)?;
+    require_regular(&std::fs::metadata(path)?)?;
     let file = how.open(path)?;
     let metadata = file.metadata()?;
-    check(&metadata)?;
+    require_regular(&metadata)?;
     Ok((file, metadata))
 }
 
-fn check(metadata: &Metadata) -> io::Result<()> {
+/// Fails if it is no regular file.
+pub(super) fn require_regular(metadata: &Metadata) -> io::Result<()> {
     let kind = metadata.file_type();
     if kind.is_file() {
         return Ok(());
     }
     if kind.is_dir() {
-        return Err(io::ErrorKind::IsADirectory.into());
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
     }
     let what = if kind.is_fifo() {
         "a FIFO"
@@ -34,10 +35,8 @@ fn check(metadata: &Metadata) -> io::Result<()> {
     } else {
         "a device"
     };
-    Err(io::Error::new(
-        io::ErrorKind::InvalidInput,
-        format!("this is {what}, and not a file that can be read at any place"),
-    ))
+    let message = format!("it is {what} and not a file");
+    Err(io::Error::new(io::ErrorKind::InvalidInput, message))
 }
 
 #[cfg(test)]

@@ -58,6 +58,8 @@ async fn try_build(
         let batch = SegmentBatch {
             ends: vec![ends],
             lines: vec![0],
+            // Ring 1 is a hole of the polygon of ring 0.
+            polygons: vec![line.max(1)],
             ..SegmentBatch::default()
         };
         builder.push_lines(kind, line, &batch)?;
@@ -127,7 +129,8 @@ fn lines_are_cut_at_borders_and_nothing_else_changes() {
         };
         assert!(all.ends.iter().map(crossed).sum::<usize>() >= summary.split_points as usize);
         let mut again = LinesToSplit::new(ENOUGH).at_borders(&borders);
-        again.push(&all, &[], &[]).unwrap();
+        let polygons: Vec<u64> = lines.iter().map(|line| line.1.max(1)).collect();
+        again.push(&all, &[], &polygons).unwrap();
         let split = again
             .split(|_, take| {
                 take(&points);

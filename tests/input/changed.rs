@@ -14,8 +14,11 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-/// Ways in which a file changes, and what the error says of it.
-const CHANGES: [(&str, fn(&Path)); 4] = [
+/// What an error says of a file, and what changes it.
+type Change = (&'static str, fn(&Path));
+
+/// Ways in which a file changes.
+const CHANGES: [Change; 4] = [
     ("bytes, and has", |path| {
         let file = File::options().write(true).open(path).unwrap();
         let length = file.metadata().unwrap().len();
@@ -113,8 +116,10 @@ fn row_file(paths: &[PathBuf]) -> Drain {
     Box::new(move || Ok(file.next_row()?.is_some()))
 }
 
-/// Name, bytes and source of each kind of file.
-fn cases() -> Vec<(&'static str, Vec<u8>, fn(&[PathBuf]) -> Drain)> {
+/// Name, bytes and source of a kind of file.
+type Case = (&'static str, Vec<u8>, fn(&[PathBuf]) -> Drain);
+
+fn cases() -> Vec<Case> {
     let text = rows(MANY, |n| format!("{n},{}\n", n % 199));
     let mut node = format!("{MANY} 2 0 0\n").into_bytes();
     node.extend(rows(MANY, |n| format!("{n} {n} {}\n", n % 199)));
@@ -126,7 +131,7 @@ fn cases() -> Vec<(&'static str, Vec<u8>, fn(&[PathBuf]) -> Drain)> {
     let pairs: Vec<u8> = (0..2 * MANY).flat_map(u32::to_le_bytes).collect();
     let raw = (0..2 * MANY).flat_map(|n| f64::from(n).to_le_bytes()).collect();
     let of_lines = rows(MANY, |n| format!("{n},0,{n},1\n"));
-    let mut cases: Vec<(&'static str, Vec<u8>, fn(&[PathBuf]) -> Drain)> = vec![
+    let mut cases: Vec<Case> = vec![
         ("points.f64", raw, points),
         ("points.node", node, points),
         ("points.poly", with_segments.clone(), points),

@@ -115,6 +115,19 @@ fn double_area(segments: &[[f64; 4]]) -> i64 {
     cross.map(|cross| cross as i64).sum()
 }
 
+/// Whether closed segments lie on one line, or come as often in either direction.
+fn is_flat(segments: &[[f64; 4]]) -> bool {
+    let on_line = |[x1, y1, x2, y2]: &[f64; 4]| {
+        let mut turns = segments
+            .iter()
+            .map(|[x, y, ..]| (x2 - x1) * (y - y1) - (y2 - y1) * (x - x1));
+        turns.all(|turn| turn == 0.0)
+    };
+    let first = segments.iter().find(|[x1, y1, x2, y2]| [x1, y1] != [x2, y2]);
+    let count = |wanted: &[f64; 4]| segments.iter().filter(|segment| *segment == wanted).count();
+    first.is_none_or(on_line) || segments.iter().all(|s| count(s) == count(&[s[2], s[3], s[0], s[1]]))
+}
+
 fn undirected(segments: &[[f64; 4]]) -> Vec<[i64; 4]> {
     let mut all: Vec<[i64; 4]> = segments
         .iter()
@@ -137,13 +150,15 @@ proptest! {
             .collect();
         let slices: Vec<&[[f64; 2]]> = rings.iter().map(Vec::as_slice).collect();
         let found = open(&[("any.json", polygon(&slices).as_bytes())], SegmentSource::open_obstacles).unwrap().ends;
-        let has_area = double_area(&segments_of(&rings[0])) != 0;
+        let has_area = !is_flat(&segments_of(&rings[0]));
         let (mut area, mut expected) = (0, Vec::new());
         for (n, ring) in rings.iter().enumerate() {
             let mut segments = segments_of(ring);
             segments.retain(|[x1, y1, x2, y2]| [x1, y1] != [x2, y2]);
             let of_ring = double_area(&segments).abs();
-            if !has_area || of_ring == 0 {
+            if n == 0 && of_ring == 0 && has_area {
+                // Its lobes cancel out: it comes as it is.
+            } else if !has_area || of_ring == 0 {
                 segments.extend(segments.clone());
             } else {
                 area += if n == 0 { of_ring } else { -of_ring };

@@ -97,12 +97,14 @@ impl Rings {
         let area = area_sign(self.ring.iter().map(|end| end.point));
         let is_outer = number == 0;
         if is_outer {
-            self.has_area = area != Ordering::Equal;
+            // An outer ring whose lobes cancel out encloses them, one of them the wrong way round.
+            self.has_area = area != Ordering::Equal || !is_flat(&self.ring);
             self.polygons += 1;
         }
-        // An outer ring whose lobes cancel out encloses them, one of them the wrong way round.
+        // Nobody tells of an empty outer ring before the first position of the file.
+        self.polygons = self.polygons.max(1);
         let both_ways = match is_outer {
-            true => area == Ordering::Equal && is_flat(&self.ring),
+            true => !self.has_area,
             false => area == Ordering::Equal || !self.has_area,
         };
         self.flat += u64::from(both_ways && self.ring.len() > 1);

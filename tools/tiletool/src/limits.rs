@@ -4,7 +4,6 @@ use std::fs::{self, File};
 use std::hint::black_box;
 use std::io;
 use std::panic;
-use std::process;
 use std::sync::{Arc, Mutex};
 use std::thread::{self, Builder};
 use std::time::Duration;
@@ -12,7 +11,6 @@ use std::time::Duration;
 use anyhow::Context;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
-use crate::common;
 use crate::system;
 
 /// Files that the runtime has open: it panics where it gets fewer. Two for files of the command.
@@ -61,8 +59,7 @@ fn tell_of_refused_stacks() {
             .payload_as_str()
             .is_some_and(|text| text.contains("alternative stack"));
         if is_refused {
-            common::say("error: the system refuses memory for a thread; lower --memory or raise the limit (ulimit -v)");
-            process::exit(1);
+            system::refuse_stack();
         }
         others(info);
     }));

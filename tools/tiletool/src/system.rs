@@ -6,6 +6,7 @@
 #![allow(unsafe_code, reason = "an allocator and signal handlers are unsafe to provide")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The system's allocator, except that a refusal ends the process with an error rather than with SIGABRT.
 struct Ending;
@@ -61,14 +62,25 @@ fn refused(mut bytes: usize) -> ! {
     ])
 }
 
-/// Prints a line and ends the process at once. May be called in a signal handler.
+/// Prints a line and ends the process at once, for the first thread that comes here; others wait for that. May be called in a
+/// signal handler.
 fn end(parts: &[&[u8]]) -> ! {
+    static IS_ENDING: AtomicBool = AtomicBool::new(false);
+    while IS_ENDING.swap(true, Ordering::SeqCst) {
+        // SAFETY: it takes nothing, and returns after a signal.
+        unsafe { libc::pause() };
+    }
     for part in parts {
         // SAFETY: the pointer and the length are those of a slice.
         unsafe { libc::write(libc::STDERR_FILENO, part.as_ptr().cast(), part.len()) };
     }
     // SAFETY: it takes any number, and does not return.
     unsafe { libc::_exit(1) }
+}
+
+/// Ends the process since a thread cannot have its stack.
+pub fn refuse_stack() -> ! {
+    end(&[b"error: the system refuses memory for a thread; lower --memory or raise the limit (ulimit -v)\n"])
 }
 
 extern "C" fn processor_time_is_over(_: libc::c_int) {

@@ -108,11 +108,11 @@ fn what_is_no_regular_file_is_not_waited_for() {
         "constrain fifo.tiles --segments lines.csv",
         "bench read fifo.tiles",
     ] {
-        refused(&soon(start(folder, args)), &["fifo.tiles", "this is a FIFO"]);
+        refused(&soon(start(folder, args)), &["fifo.tiles", "it is a FIFO"]);
     }
     refused(
         &soon(start(folder, "inspect /dev/zero")),
-        &["/dev/zero", "this is a device"],
+        &["/dev/zero", "it is a device"],
     );
     refused(&soon(start(folder, "inspect .")), &["directory"]);
 }

@@ -99,7 +99,7 @@ fn failures_leave_nothing() {
     fails(folder, "export a.xyz -o b.ply", "a.xyz");
     fails(folder, "export a.tiles -o none/b.ply", "cannot create none/b.ply");
     fails(folder, "export a.tiles -o a.xyz/b.ply", "cannot create a.xyz/b.ply");
-    fails(folder, "export a.tiles -o folder.ply", "folder.ply is a folder");
+    fails(folder, "export a.tiles -o folder.ply", "folder.ply: it is a folder");
     fails(folder, "export a.tiles -o a.tiles --format ply", "the tile file itself");
     fails(folder, "export a.tiles -o ../ --format ply", "is a folder");
     assert_eq!(names(folder), before);

@@ -228,7 +228,7 @@ fn mistakes() {
         (
             1,
             &["path", "town.tiles", "--batch", "bad.csv"],
-            "row 2: '1,2' is not from_x,from_y,to_x,to_y",
+            "bad.csv: line 2: `1,2` is not from_x,from_y,to_x,to_y",
         ),
         (1, &["knn", "none.tiles", "--at", "0,3"], "none.tiles"),
         (1, &["knn", "text.tiles", "--at", "0,3"], "text.tiles"),

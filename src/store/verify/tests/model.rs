@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use futures::stream::TryStreamExt;
 
-use crate::build::{BuildOptions, Builder};
+use crate::build::{BuildOptions, Builder, MissingZ};
 use crate::geometry::{Point, Rect};
 use crate::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use crate::io::{Buffers, MemoryFile};
@@ -122,6 +122,7 @@ impl Model {
         let options = BuildOptions {
             tile_vertices,
             threads: 1,
+            missing_z: MissingZ::Zero,
             ..BuildOptions::default()
         };
         run(async {
