@@ -26,6 +26,8 @@ pub fn prepare() -> anyhow::Result<()> {
     let is_limited = is_limited.contains(&true);
     system::prepare(is_limited);
     if is_limited {
+        // A refused allocation is an error, whereas a stack that cannot grow is a signal: the allocator asks first.
+        drop(black_box(Vec::<u8>::with_capacity(4 * STACK)));
         take_stack();
     }
     tell_of_refused_stacks();

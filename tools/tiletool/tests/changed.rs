@@ -114,7 +114,7 @@ fn what_is_no_regular_file_is_not_waited_for() {
         &soon(start(folder, "inspect /dev/zero")),
         &["/dev/zero", "it is a device"],
     );
-    refused(&soon(start(folder, "inspect .")), &["directory"]);
+    refused(&soon(start(folder, "inspect .")), &["it is a folder"]);
 }
 
 /// 1.5 GB of blank lines in a small gzip: Ctrl-C had no effect before the next row.
