@@ -4,10 +4,10 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use delaunay_tiles::build::{BuildOptions, Builder};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::mesh::{EngineKind, Triangulation};
+use delaunay_tiles::{BuildOptions, Builder};
 use distributions::Kind;
 
 const POINTS: u64 = 1 << 16;

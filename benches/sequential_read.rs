@@ -5,11 +5,11 @@
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use delaunay_tiles::build::{BuildOptions, Builder};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::io::{Backend, MemoryFile};
 use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
+use delaunay_tiles::{BuildOptions, Builder};
 use distributions::Kind;
 use futures::TryStreamExt;
 

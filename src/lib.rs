@@ -20,7 +20,7 @@
 //! # Example
 //!
 //! ```
-//! use delaunay_tiles::build::{BuildOptions, Builder};
+//! use delaunay_tiles::pipeline::{BuildOptions, Builder};
 //! use delaunay_tiles::geometry::{Point, Rect};
 //! use delaunay_tiles::input::PointBatch;
 //! use delaunay_tiles::query::Location;
@@ -71,12 +71,29 @@
 //! `spade` (default): a second in-core engine. `text`, `geojson`, `las`: readers. The readers of raw f64 and of Triangle's
 //! `.node` and `.poly` files are always there. `object-store`: tile files on web servers and in S3.
 
-pub mod build;
+mod collections;
+pub mod constraints;
+pub mod edit;
 pub mod export;
 pub mod geometry;
 pub mod input;
 pub mod io;
 pub mod mesh;
+pub mod pipeline;
 pub mod query;
 pub mod shown;
 pub mod store;
+
+pub use constraints::{
+    Crossing, Inverted, InvertedPolygons, LinesToSplit, MissingZ, PolygonCheck, PolygonFaults, SplitError, SplitLines,
+    VertexWithoutZ, WithoutZ,
+};
+pub use edit::{EditError, EditSummary, Editor};
+pub use export::{ExportError, ExportOptions, Format};
+pub use geometry::{Point, Rect};
+pub use pipeline::{
+    BuildError, BuildOptions, BuildSummary, Builder, Crossings, Description, Duplicates, LevelSummary, Phase,
+    PhaseSummary, Progress, Steiner, UnknownDuplicates, Waits, default_memory, peak_memory,
+};
+pub use query::{Location, QueryError, QueryOptions};
+pub use store::{Cache, OpenOptions, ReadError, TileReader, VerifyError};

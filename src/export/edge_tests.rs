@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use futures::stream::TryStreamExt;
 
 use super::*;
-use crate::build::{BuildOptions, Builder};
 use crate::geometry::Point;
+use crate::pipeline::{BuildOptions, Builder};
 use crate::store::OpenOptions;
 
 /// A file of segments alone, in small tiles.

@@ -5,9 +5,9 @@ use std::collections::HashSet;
 use futures::stream::TryStreamExt;
 
 use super::*;
-use crate::build::{BuildOptions, Builder};
 use crate::geometry::Point;
 use crate::input::PointBatch;
+use crate::pipeline::{BuildOptions, Builder};
 use crate::store::relabelled::{opened, relabelled};
 use crate::store::{Component, OpenOptions, Tile};
 

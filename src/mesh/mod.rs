@@ -1,7 +1,7 @@
 //! In-core Delaunay triangulation: flat arrays, the engines that fill them, and constraints.
 //!
 //! Comes in: distinct points. Goes out: a [`Triangulation`] that is canonical, that is, a function of the set of
-//! points alone; or [`Constrained`], a function of points and segments. The pipeline in [`crate::build`] runs an engine on every leaf and on every seam of the merge tree.
+//! points alone; or [`Constrained`], a function of points and segments. The pipeline in [`crate::pipeline`] runs an engine on every leaf and on every seam of the merge tree.
 //! Knows no files.
 
 mod boundary;
@@ -12,6 +12,7 @@ mod engine;
 #[cfg(feature = "spade")]
 mod spade_engine;
 mod triangulation;
+pub(crate) mod vertex_index;
 
 pub(crate) use cavity::Cavity;
 pub use constrained::{Constrained, Crossing, Inserter};

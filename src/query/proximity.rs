@@ -284,7 +284,7 @@ impl TileReader {
     /// ones, but perhaps not the nearest. In mode [`Within`](Mode::Within) they come as in mode exact.
     ///
     /// ```
-    /// # use delaunay_tiles::{build::{BuildOptions, Builder}, geometry::Point, input::PointBatch};
+    /// # use delaunay_tiles::{BuildOptions, Builder, geometry::Point, input::PointBatch};
     /// use delaunay_tiles::query::QueryOptions;
     /// use delaunay_tiles::store::{OpenOptions, TileReader};
     /// use futures::{StreamExt, TryStreamExt};

@@ -88,7 +88,7 @@ pub struct Metadata {
     /// Points whose regions are holes.
     pub seeds: Vec<Point>,
     /// The borders at which lines were split too, each from one place to another; see
-    /// [`Steiner::Borders`](crate::build::Steiner::Borders).
+    /// [`Steiner::Borders`](crate::pipeline::Steiner::Borders).
     pub borders: Vec<[Point; 2]>,
     /// One more than the largest record number that was ever given to a point, to the end of a segment, to a crossing point or to a
     /// site. Edits number the ends of their segments from here on.

@@ -4,7 +4,9 @@
 
 mod borders_ahead;
 mod cache;
+pub(crate) mod cell_index;
 mod compact;
+pub(crate) mod components;
 mod digest;
 mod directory;
 mod edge_source;

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use delaunay_tiles::build::BuildOptions;
+use delaunay_tiles::BuildOptions;
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::mesh::EngineKind;
 

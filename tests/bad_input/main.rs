@@ -11,12 +11,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use delaunay_tiles::build::{BuildError, BuildOptions, Builder, Duplicates, Phase, Progress};
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::query::Location;
 use delaunay_tiles::store::TileReader;
+use delaunay_tiles::{BuildError, BuildOptions, Builder, Duplicates, Phase, Progress};
 use distributions::Kind;
 use futures::stream::TryStreamExt;
 use support::{Random, Scratch, batches, build_batches, built, distinct, points_of, reference, runtime};

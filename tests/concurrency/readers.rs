@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use delaunay_tiles::build::BuildOptions;
+use delaunay_tiles::BuildOptions;
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::io::MemoryFile;
 use delaunay_tiles::query::Location;

@@ -1,9 +1,9 @@
 //! Segments that cross: the report and the split are those of the set of segments.
 
-use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, Crossing, Crossings, MissingZ};
 use delaunay_tiles::geometry::{Point, crossing_point};
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::store::{Digest, LineKind};
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Crossing, Crossings, MissingZ};
 use distributions::Kind;
 use futures::TryStreamExt;
 

@@ -13,11 +13,11 @@ mod steiner;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, EditError, Editor};
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::mesh::{Constrained, EngineKind, Inserter, Triangulation};
 use delaunay_tiles::store::{Digest, EdgeSource, LineKind};
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, EditError, Editor};
 use distributions::{Kind, LongSegments, Pslg};
 use proptest::prelude::*;
 use support::{Random, Scratch, batches, distinct, points_of, runtime, verify_lines};

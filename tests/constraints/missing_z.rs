@@ -3,13 +3,13 @@
 //! Break lines without z in terrain of 800 m gave vertices at z = 0, 105 pits, with a note at most,
 //! and none from an edit.
 
-use delaunay_tiles::build::{
-    BuildError, BuildOptions, BuildSummary, Builder, Crossings, Duplicates, EditError, Editor, MissingZ,
-    VertexWithoutZ, WithoutZ,
-};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::LineKind;
+use delaunay_tiles::{
+    BuildError, BuildOptions, BuildSummary, Builder, Crossings, Duplicates, EditError, Editor, MissingZ,
+    VertexWithoutZ, WithoutZ,
+};
 use futures::TryStreamExt;
 
 use super::support::{Random, Scratch, runtime};

@@ -1,9 +1,9 @@
 //! Lines that run along each other: any number of them, in time with what the edges have to know.
 
-use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::store::{EdgeSource, LineKind};
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder};
 use distributions::Kind;
 
 use super::support::{Random, Scratch, batches, points_of, runtime, verify_lines};

@@ -1,9 +1,9 @@
 //! Segments that are split at the borders of cells: where, and that nothing else changes.
 
-use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, LinesToSplit, Steiner};
 use delaunay_tiles::geometry::{Point, segments_cross};
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::store::{Digest, EdgeSource, LineBatch, LineKind};
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, LinesToSplit, Steiner};
 
 use super::support::{Random, Scratch, batches, runtime, verify_lines};
 use super::{ENOUGH, Segment};

@@ -6,10 +6,10 @@ mod support;
 
 use std::fs::{self, File};
 
-use delaunay_tiles::build::{BuildOptions, EditError, Editor};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::store::{Digest, LineKind, LineSource};
+use delaunay_tiles::{BuildOptions, EditError, Editor};
 use support::{Scratch, built, open_bytes, runtime};
 
 const ENOUGH: u64 = 64 << 20;

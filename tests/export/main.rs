@@ -7,7 +7,7 @@ mod support;
 use std::error::Error;
 use std::io::{self, Write};
 
-use delaunay_tiles::build::BuildOptions;
+use delaunay_tiles::BuildOptions;
 use delaunay_tiles::export::{ExportError, ExportOptions, Exported, Format, export};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;

@@ -9,7 +9,7 @@ use std::error::Error;
 use std::time::Duration;
 
 use bytes::Bytes;
-use delaunay_tiles::build::BuildOptions;
+use delaunay_tiles::BuildOptions;
 use delaunay_tiles::geometry::Rect;
 use delaunay_tiles::io::{MemoryFile, ReadAt, WriteAt};
 use delaunay_tiles::store::{Cache, OpenOptions, ReadError, TileId, TileReader, VerifyError};

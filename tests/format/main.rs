@@ -9,11 +9,11 @@ mod support;
 
 use std::collections::HashSet;
 
-use delaunay_tiles::build::{BuildOptions, Builder};
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::{Digest, EdgeSource, FORMAT_VERSION, LineKind, LineSource, Site, TileId};
+use delaunay_tiles::{BuildOptions, Builder};
 use distributions::Kind;
 use page::{Page, schemas};
 use reader::{Across, File};

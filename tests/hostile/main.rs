@@ -11,7 +11,7 @@ use std::ops::Range;
 use std::time::Duration;
 
 use bytes::Bytes;
-use delaunay_tiles::build::BuildOptions;
+use delaunay_tiles::BuildOptions;
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::io::{MemoryFile, ReadAt};
 use delaunay_tiles::mesh::EngineKind;

@@ -1,7 +1,7 @@
 //! Files with walls, holes, sites and regions, and of lines without any triangle, damaged in the same ways.
 
 use bytes::Bytes;
-use delaunay_tiles::build::Builder;
+use delaunay_tiles::Builder;
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::query::{Mode, QueryOptions};

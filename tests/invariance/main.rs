@@ -4,7 +4,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
-use delaunay_tiles::build::BuildOptions;
+use delaunay_tiles::BuildOptions;
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::mesh::EngineKind;
 use distributions::Kind;

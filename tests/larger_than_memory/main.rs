@@ -8,13 +8,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use delaunay_tiles::build::{
-    BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates, MissingZ, Phase,
-};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::Digest;
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates, MissingZ, Phase};
 use distributions::Kind;
 use support::{Random, Scratch, batches, build_batches, points_of, reference, runtime};
 

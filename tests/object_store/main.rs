@@ -5,11 +5,11 @@ mod server;
 use std::error::Error;
 use std::fs;
 
-use delaunay_tiles::build::{BuildOptions, Builder};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::io::{ObjectFile, ReadAt};
 use delaunay_tiles::store::{Digest, OpenOptions, ReadError, TileId, TileReader};
+use delaunay_tiles::{BuildOptions, Builder};
 use server::{Fault, Lie, Server};
 
 fn wait<T>(future: impl Future<Output = T>) -> T {
@@ -142,10 +142,10 @@ fn a_file_that_changed_is_told() {
 /// The body of an error was gathered in memory as long as it came, for 30 seconds.
 #[test]
 fn an_error_without_end_takes_no_memory_and_commands_no_terminal() {
-    let before = delaunay_tiles::build::peak_memory().unwrap_or(0);
+    let before = delaunay_tiles::peak_memory().unwrap_or(0);
     fails(Fault::Lies(Lie::EndlessError, 0, usize::MAX), "xxxxxxxx");
     fails(Fault::Lies(Lie::EndlessError, 3, usize::MAX), "xxxxxxxx");
-    let after = delaunay_tiles::build::peak_memory().unwrap_or(0);
+    let after = delaunay_tiles::peak_memory().unwrap_or(0);
     assert!(after - before < 64 << 20, "{} bytes", after - before);
     let server = Server::start(town(), Fault::Lies(Lie::Commands, 0, usize::MAX));
     let error = whole(&digest(&server).unwrap_err());

@@ -3,8 +3,8 @@
 use std::error::Error;
 use std::fs;
 
-use delaunay_tiles::build::{BuildError, BuildOptions, Crossings, Inverted, InvertedPolygons};
 use delaunay_tiles::geometry::Point;
+use delaunay_tiles::{BuildError, BuildOptions, Crossings, Inverted, InvertedPolygons};
 
 use super::{Built, Input, Way};
 

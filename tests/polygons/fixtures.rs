@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::slice;
 
-use delaunay_tiles::build::{BuildError, BuildOptions, Crossings};
 use delaunay_tiles::geometry::Point;
+use delaunay_tiles::{BuildError, BuildOptions, Crossings};
 
 use super::rings::{self, Flaw, Polygon};
 use super::support::places::{data, shared};

@@ -15,10 +15,10 @@ use std::collections::{HashMap, HashSet};
 use std::error::Error;
 use std::path::PathBuf;
 
-use delaunay_tiles::build::{BuildOptions, BuildSummary, Builder};
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
 use delaunay_tiles::input::{InputOptions, PointBatch, PointSource, PolySource, SegmentBatch, SegmentSource};
 use delaunay_tiles::store::{Digest, EdgeSource, LineKind, TileReader};
+use delaunay_tiles::{BuildOptions, BuildSummary, Builder};
 use futures::TryStreamExt;
 use rings::Polygon;
 use support::{Scratch, runtime};

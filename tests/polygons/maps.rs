@@ -1,6 +1,6 @@
 //! Polygons of maps: islands, houses, lake shores, the map of a game.
 
-use delaunay_tiles::build::{BuildOptions, MissingZ};
+use delaunay_tiles::{BuildOptions, MissingZ};
 
 use super::rings::{Polygon, area, polygons_of};
 use super::support::places::{data, shared};

@@ -1,6 +1,6 @@
 //! The promise: the method of the thesis and those that it compares with say what the wave says.
 
-use delaunay_tiles::build::BuildOptions;
+use delaunay_tiles::BuildOptions;
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Method, PathOutcome, QueryError, QueryOptions, SiteFound};
 use delaunay_tiles::store::{LineKind, TileReader};

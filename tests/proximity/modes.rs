@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use delaunay_tiles::build::{BuildOptions, Builder};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Distance, Mode, Path, PathOutcome, Progress, QueryError, QueryOptions, SiteFound};
 use delaunay_tiles::store::{LineKind, TileReader};
+use delaunay_tiles::{BuildOptions, Builder};
 use futures::{Stream, StreamExt, TryStreamExt};
 use proptest::prelude::*;
 

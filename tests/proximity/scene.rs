@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use delaunay_tiles::build::{BuildOptions, Builder, Crossings, Description};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::{Cache, LineKind, LineSource, OpenOptions, TileReader};
+use delaunay_tiles::{BuildOptions, Builder, Crossings, Description};
 use proptest::prelude::*;
 
 use crate::support::{Random, Scratch, batches};

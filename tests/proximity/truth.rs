@@ -4,11 +4,11 @@ use std::fs::{self, File};
 use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use delaunay_tiles::build::{BuildOptions, Builder};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{InputOptions, PointBatch, PointSource, PolySource, SegmentBatch};
 use delaunay_tiles::query::QueryOptions;
 use delaunay_tiles::store::{LineKind, TileReader};
+use delaunay_tiles::{BuildOptions, Builder};
 use flate2::read::GzDecoder;
 use futures::TryStreamExt;
 

@@ -7,7 +7,7 @@ mod support;
 use std::sync::Arc;
 use std::time::Duration;
 
-use delaunay_tiles::build::BuildOptions;
+use delaunay_tiles::BuildOptions;
 use delaunay_tiles::geometry::{Orientation, Point, Rect, orient2d};
 use delaunay_tiles::query::{Location, TriangleRef};
 use delaunay_tiles::store::{Cache, OpenOptions, TileId, TileReader, Vertex, VertexId};

@@ -9,11 +9,11 @@ use std::error::Error;
 use std::path::Path;
 use std::thread;
 
-use delaunay_tiles::build::{BuildOptions, Builder};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::io::Backend;
 use delaunay_tiles::store::{OpenOptions, ReadError, TileReader};
+use delaunay_tiles::{BuildOptions, Builder};
 use seccompiler::{BpfProgram, SeccompAction, SeccompFilter, TargetArch};
 
 const IO_URING_SETUP: i64 = 425;

@@ -9,12 +9,10 @@ mod reference;
 
 use std::collections::HashMap;
 
-use delaunay_tiles::build::{
-    BuildError, BuildOptions, BuildSummary, Builder, Crossings, EditError, EditSummary, Editor,
-};
 use delaunay_tiles::geometry::{Point, area_sign};
 use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::{EdgeSource, LineKind, TileReader, VerifyError};
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Crossings, EditError, EditSummary, Editor};
 use futures::TryStreamExt;
 use proptest::prelude::*;
 use reference::{Expected, key};

@@ -8,7 +8,6 @@ pub mod places;
 
 use std::path::{Path, PathBuf};
 
-use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::io::MemoryFile;
@@ -16,6 +15,7 @@ use delaunay_tiles::mesh::{EngineKind, Triangulation};
 use delaunay_tiles::store::{
     Digest, EdgeSource, LineBatch, OpenOptions, ReadError, TileReader, VerifyError, VerifyReport,
 };
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder};
 use distributions::Kind;
 
 /// Points of a distribution.

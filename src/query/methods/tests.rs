@@ -3,8 +3,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::*;
-use crate::build::{BuildOptions, Builder};
 use crate::input::{PointBatch, SiteBatch, SiteId};
+use crate::pipeline::{BuildOptions, Builder};
 use crate::store::OpenOptions;
 
 /// 74 points on whose Delaunay triangulation the way from the first to that of number 37 is 1.5754 times as long as the straight one.

@@ -5,9 +5,9 @@ use std::collections::HashSet;
 use proptest::prelude::*;
 
 use super::*;
-use crate::build::{BuildOptions, Builder};
 use crate::geometry::Point;
 use crate::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
+use crate::pipeline::{BuildOptions, Builder};
 use crate::store::{LineKind, OpenOptions, Tile, TileReader};
 
 /// Points of a square grid, walls between neighbours, and sites.

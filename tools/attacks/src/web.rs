@@ -5,12 +5,12 @@ use std::fs;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, bail, ensure};
-use delaunay_tiles::build::{BuildOptions, Builder, peak_memory};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::io::ObjectFile;
 use delaunay_tiles::query::Location;
 use delaunay_tiles::store::{Digest, OpenOptions, ReadError, TileReader};
+use delaunay_tiles::{BuildOptions, Builder, peak_memory};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
 

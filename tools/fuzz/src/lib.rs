@@ -15,12 +15,12 @@ mod support {
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use delaunay_tiles::build::{BuildOptions, Builder};
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::io::MemoryFile;
 use delaunay_tiles::query::{Method, Mode, QueryOptions};
 use delaunay_tiles::store::{LineKind, OpenOptions, TileReader};
+use delaunay_tiles::{BuildOptions, Builder};
 use futures::{StreamExt, TryStreamExt};
 use surgery::Patient;
 

@@ -6,10 +6,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use delaunay_tiles::build::{LinesToSplit, PolygonCheck, SplitLines};
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{InputOptions, PointBatch, PointSource, SegmentBatch, SiteBatch};
 use delaunay_tiles::store::{EdgeSource, LineBatch, LineKind, LineSource, Metadata, TileReader};
+use delaunay_tiles::{LinesToSplit, PolygonCheck, SplitLines};
 
 use crate::common;
 use crate::lines::{LineArgs, Lines};

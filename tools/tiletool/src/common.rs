@@ -11,7 +11,7 @@ use std::thread::available_parallelism;
 use anyhow::Context;
 use bytesize::ByteSize;
 use clap::Args;
-use delaunay_tiles::build::default_memory;
+use delaunay_tiles::default_memory;
 use delaunay_tiles::io::start_thread;
 use delaunay_tiles::shown;
 use delaunay_tiles::store::{OpenOptions, TileReader};

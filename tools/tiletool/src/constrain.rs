@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
-use delaunay_tiles::build::{EditError, EditSummary, Editor, peak_memory};
+use delaunay_tiles::{EditError, EditSummary, Editor, peak_memory};
 use serde::Serialize;
 
 use crate::allocator;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use delaunay_tiles::build::peak_memory;
+use delaunay_tiles::peak_memory;
 use delaunay_tiles::store::DigestSum;
 use serde::Serialize;
 

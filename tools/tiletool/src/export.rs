@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
-use delaunay_tiles::build::peak_memory;
 use delaunay_tiles::export::{ExportOptions, Exported, Format, export};
+use delaunay_tiles::peak_memory;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 

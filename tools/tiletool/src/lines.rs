@@ -4,13 +4,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
-use delaunay_tiles::build::{
-    BuildError, Builder, Crossings, Editor, Inverted, InvertedPolygons, MissingZ, Steiner, WithoutZ,
-};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{FileStamp, PolySource, Reading, SegmentBatch, SegmentSource, SiteBatch, SiteSource};
 use delaunay_tiles::shown;
 use delaunay_tiles::store::{LineKind, LineSource, VerifyError};
+use delaunay_tiles::{BuildError, Builder, Crossings, Editor, Inverted, InvertedPolygons, MissingZ, Steiner, WithoutZ};
 
 use crate::common;
 

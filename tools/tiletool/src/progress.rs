@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use delaunay_tiles::build::{Phase, Progress};
 use delaunay_tiles::io::start_thread;
+use delaunay_tiles::{Phase, Progress};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::common::bytes;

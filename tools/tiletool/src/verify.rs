@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
-use delaunay_tiles::build::peak_memory;
+use delaunay_tiles::peak_memory;
 use serde::Serialize;
 
 use crate::against::{self, Against, Compared};

@@ -14,13 +14,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use cpu_time::ThreadTime;
-use delaunay_tiles::build::{BuildOptions, Builder};
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{
     InputOptions, PointBatch, PointSource, PolySource, SegmentBatch, SegmentSource, SiteBatch, SiteId,
 };
 use delaunay_tiles::query::{Footing, PathOutcome, QueryOptions};
 use delaunay_tiles::store::{Cache, LineKind, OpenOptions, TileReader};
+use delaunay_tiles::{BuildOptions, Builder};
 use futures::{StreamExt, TryStreamExt};
 use polyanya::{Mesh, Polygon, Vertex};
 use tokio::runtime::{Builder as RuntimeBuilder, Runtime};

@@ -4,7 +4,6 @@ use std::collections::{HashMap, HashSet};
 
 use futures::stream::TryStreamExt;
 
-use crate::build::{BuildOptions, Builder, MissingZ};
 use crate::geometry::{Point, Rect};
 use crate::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use crate::io::{Buffers, MemoryFile};
@@ -15,6 +14,7 @@ use crate::store::{
     BorderDraft, Component, CoreDraft, ELSEWHERE, EdgeSource, HULL, OpenOptions, Tile, TileEntry, TileId, TileReader,
     TileWriter, VertexId,
 };
+use crate::{BuildOptions, Builder, MissingZ};
 
 pub(super) type Named = [VertexId; 3];
 

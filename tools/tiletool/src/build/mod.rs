@@ -8,11 +8,11 @@ use std::thread::available_parallelism;
 
 use bytesize::ByteSize;
 use clap::Args;
-use delaunay_tiles::build::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates};
 use delaunay_tiles::input::{InputError, InputOptions, PointBatch, PointSource, Reading, Returns};
 use delaunay_tiles::io::output_target;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::Source;
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates};
 use serde::{Deserialize, Serialize};
 use tokio::sync::{Notify, mpsc};
 

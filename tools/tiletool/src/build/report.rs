@@ -1,6 +1,6 @@
 //! What `tiletool build` tells of a finished build, to programs and to people.
 
-use delaunay_tiles::build::{BuildSummary, Phase};
+use delaunay_tiles::{BuildSummary, Phase};
 use serde::Serialize;
 
 use super::{BuildArgs, Read};

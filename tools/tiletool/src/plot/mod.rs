@@ -17,7 +17,7 @@ mod svg;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use delaunay_tiles::build::peak_memory;
+use delaunay_tiles::peak_memory;
 use delaunay_tiles::store::TileReader;
 use serde::Serialize;
 

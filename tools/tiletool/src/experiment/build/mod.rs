@@ -15,7 +15,7 @@ use std::sync::atomic::AtomicBool;
 use anyhow::{Context, bail};
 use bytesize::ByteSize;
 use clap::Args;
-use delaunay_tiles::build::BuildOptions;
+use delaunay_tiles::BuildOptions;
 use distributions::Kind;
 use indicatif::{ProgressBar, ProgressStyle};
 

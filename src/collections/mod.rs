@@ -1,0 +1,4 @@
+//! Data structures and sorts that know nothing of triangulations.
+
+pub(crate) mod bucket_sort;
+pub(crate) mod union_find;

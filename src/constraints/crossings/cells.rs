@@ -1,0 +1,156 @@
+//! The members of a bucket, distributed to the cells of a grid.
+
+use crate::constraints::crossings::boxes::{bounds, common};
+use crate::constraints::crossings::ends::Ends;
+use crate::constraints::crossings::grid::{CellRange, Extents, Grid};
+use crate::constraints::crossings::search::Lines;
+use crate::geometry::{Point, Rect};
+
+/// The part of all pairs that may be left, for a grid to be worth its while.
+const FEW_PAIRS: f64 = 0.25;
+
+/// If segments are in more cells than this on average, a grid is no good.
+const MOST_COPIES: usize = 8;
+
+/// So many segments are looked at to tell where most are.
+const SAMPLE: usize = 128;
+
+/// From how many segments on it is a sample that tells.
+const SAMPLED_FROM: usize = 1024;
+
+/// At how many levels at most: a sample may be misleading.
+const SAMPLED_LEVELS: usize = 8;
+
+/// Whether a grid parts the segments of a bucket.
+pub(crate) enum Parting {
+    /// It does.
+    Cells(Cells),
+    /// Most are too long for that: this one may part some from others.
+    Perhaps(Grid),
+    /// They are too close together for any.
+    None,
+}
+
+/// Members of a bucket by the cells of a grid.
+pub(crate) struct Cells {
+    pub(crate) grid: Grid,
+    /// Where the members of each cell begin, and the end of the last.
+    starts: Vec<u32>,
+    members: Vec<u32>,
+}
+
+impl Parting {
+    /// Distributes segments to the cells of a grid, if it is worth its while.
+    pub(crate) fn of<S: Ends>(lines: Lines<S>, members: &[u32], rect: Rect, level: usize) -> Self {
+        if members.len() >= SAMPLED_FROM && level < SAMPLED_LEVELS {
+            let sample = || sample(members, level).map(|member| lines.ends(member));
+            let extents = Extents::measure(sample(), rect, core(sample(), rect));
+            let extents = Extents {
+                contents: rect,
+                ..extents
+            };
+            if let Some(cells) = Cells::with_few_pairs(&extents, lines, members) {
+                return Self::Cells(cells);
+            }
+        }
+        let extents = Extents::measure(members.iter().map(|&member| lines.ends(member)), rect, rect);
+        if let Some(cells) = Cells::with_few_pairs(&extents, lines, members) {
+            Self::Cells(cells)
+        } else {
+            Grid::coarse(&extents).map_or(Self::None, Self::Perhaps)
+        }
+    }
+}
+
+impl Cells {
+    fn with_few_pairs<S: Ends>(extents: &Extents, lines: Lines<S>, members: &[u32]) -> Option<Self> {
+        let (grid, pairs) = Grid::new(extents, members.len())?;
+        if pairs > FEW_PAIRS {
+            return None;
+        }
+        Self::distribute(grid, lines, members)
+    }
+
+    /// Distributes segments to the cells of a grid, unless they are in too many.
+    pub(crate) fn distribute<S: Ends>(grid: Grid, lines: Lines<S>, members: &[u32]) -> Option<Self> {
+        // Counted, summed up to be the ends, and taken back to the beginnings.
+        let mut starts = vec![0u32; grid.cells() as usize + 1];
+        let mut ranges: Vec<CellRange> = Vec::with_capacity(members.len());
+        let most = MOST_COPIES.saturating_mul(members.len()).min(u32::MAX as usize);
+        let mut total = 0;
+        for &member in members {
+            let ends = lines.ends(member);
+            let range = grid.range(ends);
+            grid.visit(
+                range,
+                || ends,
+                |cell| {
+                    starts[cell as usize] += 1;
+                    total += 1;
+                },
+            );
+            if total > most {
+                return None;
+            }
+            ranges.push(range);
+        }
+        let mut sum = 0;
+        for start in &mut starts {
+            sum += *start;
+            *start = sum;
+        }
+        let mut sorted = vec![0; sum as usize];
+        for (&member, range) in members.iter().zip(ranges).rev() {
+            grid.visit(
+                range,
+                || lines.ends(member),
+                |cell| {
+                    let place = &mut starts[cell as usize];
+                    *place -= 1;
+                    sorted[*place as usize] = member;
+                },
+            );
+        }
+        Some(Self {
+            grid,
+            starts,
+            members: sorted,
+        })
+    }
+
+    /// The members in each cell.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        let ranges = self.starts.windows(2);
+        ranges.map(|range| &self.members[range[0] as usize..range[1] as usize])
+    }
+}
+
+/// Some members, as if at random, others at each level.
+fn sample(members: &[u32], level: usize) -> impl Iterator<Item = u32> {
+    // The golden ratio: multiples of it are spread evenly.
+    const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
+    (0..SAMPLE as u64).map(move |number| {
+        let hash = (number + (level * SAMPLE) as u64).wrapping_mul(STEP);
+        members[((u128::from(hash) * members.len() as u128) >> 64) as usize]
+    })
+}
+
+/// A rectangle around most of the segments of a sample, and not much larger: outliers, and the empty space around clusters,
+/// are not to make the cells so large that nearly all segments are in one.
+fn core(sample: impl Iterator<Item = [Point; 2]>, rect: Rect) -> Rect {
+    let parts = sample
+        .map(|ends| common(bounds(ends), rect))
+        .filter(|part| !part.is_empty());
+    let centre = |part: Rect| ((part.min_x + part.max_x) / 2.0, (part.min_y + part.max_y) / 2.0);
+    let (mut x, mut y): (Vec<f64>, Vec<f64>) = parts.map(centre).unzip();
+    if x.is_empty() {
+        return rect;
+    }
+    let range = |values: &mut Vec<f64>| {
+        values.sort_unstable_by(f64::total_cmp);
+        let (low, high) = (values[values.len() / 10], values[values.len() * 9 / 10]);
+        [low - (high - low), high + (high - low)]
+    };
+    let ([min_x, max_x], [min_y, max_y]) = (range(&mut x), range(&mut y));
+    Rect::new(min_x, min_y, max_x, max_y)
+}

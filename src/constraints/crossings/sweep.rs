@@ -1,0 +1,224 @@
+//! Pairs of segments that cells do not part.
+//!
+//! In: segments most of which are in each other's bounding boxes. Out: the pairs that may meet.
+//!
+//! - Equal segments are taken as one.
+//! - The direction is chosen across which segments are thinnest: that of their mean normal, or an axis. They are sorted by
+//!   where they begin in that direction; those that have not ended when another begins are compared with it. So parallels
+//!   of any slope are parted, which their bounding boxes do not.
+//! - Segments with an end in common do not meet elsewhere. Those about an end of many, like the centre of a star, are a
+//!   **fan**, and not compared with each other. Nor are many on one straight line, which do not cross: they are one too.
+
+use std::collections::HashMap;
+use std::f64;
+use std::ops::ControlFlow;
+
+use crate::constraints::crossings::boxes::{bounds, boxes_meet, share_an_end};
+use crate::geometry::{Point, Rect, compare_lines};
+
+/// The least segments of a fan.
+const FAN: usize = 32;
+
+/// So many comparisons for each segment are few.
+const CHEAP: usize = 200;
+
+/// The part of all pairs that may be left, for segments to be parted before they are swept.
+const WORTH_PARTING: f64 = 0.9;
+
+/// Equal segments, with their lexicographically smaller end first.
+struct Line {
+    ends: [Point; 2],
+    bounds: Rect,
+    /// Its fan, from 1; 0 if it is in none.
+    fan: usize,
+    /// Where its numbers begin and end.
+    numbers: [usize; 2],
+}
+
+/// Segments to be swept.
+pub(crate) struct Sweep {
+    lines: Vec<Line>,
+    numbers: Vec<u32>,
+    /// How many segments each fan has; before them, how many are in none.
+    fans: Vec<usize>,
+    /// Where each line begins and ends in the direction of the sweep.
+    intervals: Vec<[f64; 2]>,
+    /// The part of the whole range that an interval takes, on average.
+    thickness: f64,
+}
+
+impl Sweep {
+    /// Prepares to sweep segments, given with their numbers.
+    pub(crate) fn new(segments: impl Iterator<Item = ([Point; 2], u32)>) -> Self {
+        let (mut lines, numbers) = distinct(segments);
+        let fans = find_fans(&mut lines);
+        let (intervals, thickness) = intervals(&lines);
+        Self {
+            lines,
+            numbers,
+            fans,
+            intervals,
+            thickness,
+        }
+    }
+
+    /// Whether there are few pairs to compare, for so many segments.
+    pub(crate) fn is_cheap(&self) -> bool {
+        let pairs = self.pairs() * self.thickness.min(1.0);
+        pairs <= (CHEAP * self.lines.len()) as f64
+    }
+
+    /// Whether there are more pairs to compare than among parts of the segments, given by their numbers, together.
+    pub(crate) fn is_worse_than<'a>(&self, parts: impl Iterator<Item = &'a [u32]>) -> bool {
+        let in_fans = self.lines.iter().filter(|line| line.fan > 0);
+        let fans: HashMap<u32, usize> = in_fans
+            .flat_map(|line| self.numbers(line).iter().map(|&number| (number, line.fan)))
+            .collect();
+        let in_parts = parts.map(|part| {
+            let fan = |number: &u32| fans.get(number).copied().unwrap_or_default();
+            let mut its: Vec<usize> = part.iter().map(fan).collect();
+            its.sort_unstable();
+            pairs_between(its.chunk_by(|a, b| a == b).map(|fan| (fan[0], fan.len())))
+        });
+        in_parts.sum::<f64>() <= WORTH_PARTING * self.pairs()
+    }
+
+    fn pairs(&self) -> f64 {
+        pairs_between(self.fans.iter().copied().enumerate())
+    }
+
+    /// Visits pairs of segments that may meet, with the numbers of all that equal one and of all that equal the other.
+    pub(crate) fn visit(
+        &self,
+        mut visit: impl FnMut(([Point; 2], &[u32]), ([Point; 2], &[u32])) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let mut order: Vec<usize> = (0..self.lines.len()).collect();
+        order.sort_unstable_by(|&a, &b| self.intervals[a][0].total_cmp(&self.intervals[b][0]));
+        // What has begun, by fans.
+        let mut open: Vec<Vec<usize>> = vec![Vec::new(); self.fans.len()];
+        for number in order {
+            let line = &self.lines[number];
+            let begin = self.intervals[number][0];
+            let others = open.iter_mut().enumerate();
+            for (_, others) in others.filter(|(fan, _)| *fan == 0 || *fan != line.fan) {
+                let mut place = 0;
+                while let Some(&other) = others.get(place) {
+                    if self.intervals[other][1] < begin {
+                        others.swap_remove(place);
+                        continue;
+                    }
+                    place += 1;
+                    let other = &self.lines[other];
+                    if boxes_meet(&line.bounds, &other.bounds) && !share_an_end(line.ends, other.ends) {
+                        visit((line.ends, self.numbers(line)), (other.ends, self.numbers(other)))?;
+                    }
+                }
+            }
+            open[line.fan].push(number);
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn numbers(&self, line: &Line) -> &[u32] {
+        &self.numbers[line.numbers[0]..line.numbers[1]]
+    }
+}
+
+/// Twice the number of pairs of segments that are not in one fan, given how many each fan has. 0 is no fan.
+fn pairs_between(fans: impl Iterator<Item = (usize, usize)>) -> f64 {
+    let (mut all, mut in_fans) = (0.0, 0.0);
+    for (fan, count) in fans {
+        let count = count as f64;
+        all += count;
+        in_fans += if fan > 0 { count * count } else { 0.0 };
+    }
+    all * all - in_fans
+}
+
+/// The distinct segments among these, and the numbers of all, those of equals together.
+fn distinct(segments: impl Iterator<Item = ([Point; 2], u32)>) -> (Vec<Line>, Vec<u32>) {
+    let directed = |[a, b]: [Point; 2]| if b.lex_cmp(a).is_lt() { [b, a] } else { [a, b] };
+    let mut sorted: Vec<_> = segments.map(|(ends, number)| (directed(ends), number)).collect();
+    sorted.sort_unstable_by(|([a, b], _), ([c, d], _)| a.lex_cmp(*c).then(b.lex_cmp(*d)));
+    let mut begin = 0;
+    let lines = sorted.chunk_by(|one, other| one.0 == other.0).map(|equals| {
+        let numbers = [begin, begin + equals.len()];
+        begin = numbers[1];
+        let ends = equals[0].0;
+        Line {
+            ends,
+            bounds: bounds(ends),
+            fan: 0,
+            numbers,
+        }
+    });
+    (lines.collect(), sorted.iter().map(|(_, number)| *number).collect())
+}
+
+/// Numbers the fans, from 1, and gives each line that of its ends which more lines have. Returns how many lines each has.
+fn find_fans(lines: &mut [Line]) -> Vec<usize> {
+    let mut ends: Vec<(Point, usize)> = Vec::with_capacity(2 * lines.len());
+    for (number, line) in lines.iter().enumerate() {
+        ends.extend(line.ends.map(|end| (end, number)));
+    }
+    ends.sort_unstable_by(|a, b| a.0.lex_cmp(b.0));
+    let with_length = lines.iter().zip(0..).filter(|(line, _)| line.ends[0] != line.ends[1]);
+    let mut along: Vec<([Point; 2], usize)> = with_length.map(|(line, number)| (line.ends, number)).collect();
+    along.sort_unstable_by(|a, b| compare_lines(a.0, b.0));
+    let around = ends.chunk_by(|a, b| a.0 == b.0).filter(|fan| fan.len() >= FAN);
+    let on_line = along.chunk_by(|a, b| compare_lines(a.0, b.0).is_eq());
+    let on_line = on_line.filter(|fan| fan.len() >= FAN);
+    let mut fans: Vec<Vec<usize>> = around.map(numbers_of).chain(on_line.map(numbers_of)).collect();
+    // The largest last, to have the last word.
+    fans.sort_by_key(|fan| fan.len());
+    for (fan, members) in (1..).zip(&fans) {
+        for &number in members {
+            lines[number].fan = fan;
+        }
+    }
+    let mut counts = vec![0; fans.len() + 1];
+    lines.iter().for_each(|line| counts[line.fan] += 1);
+    counts
+}
+
+fn numbers_of<T>(some: &[(T, usize)]) -> Vec<usize> {
+    some.iter().map(|(_, number)| *number).collect()
+}
+
+/// Where each line begins and ends in the direction across which they are thinnest, rounded outwards, and how thin they are:
+/// what part of the range of all they take on average.
+fn intervals(lines: &[Line]) -> (Vec<[f64; 2]>, f64) {
+    // Angles are doubled, so that opposite directions are the same.
+    let (mut cosine, mut sine) = (0.0, 0.0);
+    for Line { ends: [a, b], .. } in lines {
+        let (x, y) = (b.x - a.x, b.y - a.y);
+        let length = x.hypot(y);
+        if length > 0.0 {
+            cosine += (x / length) * x - (y / length) * y;
+            sine += 2.0 * (x / length) * y;
+        }
+    }
+    let normal = sine.atan2(cosine) / 2.0 + f64::consts::FRAC_PI_2;
+    let directions = [[1.0, 0.0], [0.0, 1.0], [normal.cos(), normal.sin()]];
+    let all = directions.map(|direction| {
+        let intervals: Vec<[f64; 2]> = lines.iter().map(|line| project(line, direction)).collect();
+        let around = |[low, high]: [f64; 2], [a, b]: &[f64; 2]| [low.min(*a), high.max(*b)];
+        let [low, high] = intervals.iter().fold([f64::INFINITY, f64::NEG_INFINITY], around);
+        let sum: f64 = intervals.iter().map(|[low, high]| high - low).sum();
+        let range = (high - low) * lines.len() as f64;
+        (intervals, if range > 0.0 { sum / range } else { 1.0 })
+    });
+    let thinnest = all.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+    thinnest.unwrap_or_default()
+}
+
+/// The interval of a line's projections on a direction whose components are at most 1.
+fn project(line: &Line, [x, y]: [f64; 2]) -> [f64; 2] {
+    let along = line.ends.map(|p| {
+        let (along_x, along_y) = (x * p.x, y * p.y);
+        // Three roundings, of half a unit each.
+        let error = (along_x.abs() + along_y.abs()) * (2.0 * f64::EPSILON);
+        [along_x + along_y - error, along_x + along_y + error]
+    });
+    [along[0][0].min(along[1][0]), along[0][1].max(along[1][1])]
+}

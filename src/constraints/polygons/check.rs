@@ -1,0 +1,261 @@
+//! Polygons that are inside out, found one by one as they come.
+//!
+//! Ground is covered if any polygon covers it. The depth of a region is the sum of the windings of all polygons, which is more than 0
+//! there if none of them is negative. So each polygon is swept by itself before it joins the sum.
+//!
+//! A polygon that does not fit in memory goes to the disk, and is swept in strips that do.
+
+use std::path::{Path, PathBuf};
+
+use crate::constraints::polygons::sweep::{BYTES, Outcome, Sweep};
+use crate::constraints::segments::spool::SegmentSpool;
+use crate::geometry::Point;
+use crate::input::SegmentBatch;
+use crate::pipeline::error::BuildError;
+use crate::store::LineKind;
+
+/// Where a polygon is inside out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inverted {
+    /// The number of the polygon's record among all lines.
+    pub obstacle: u64,
+    /// The smallest corner of the part that is.
+    pub point: Point,
+}
+
+/// Polygons that are inside out: the first of them, and how many there are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InvertedPolygons {
+    /// The first one in the order in which they came.
+    pub first: Inverted,
+    /// How many.
+    pub polygons: u64,
+}
+
+/// What is wrong with polygons.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PolygonFaults {
+    /// The first polygon whose rings do not close.
+    pub open: Option<u64>,
+    /// Those that are inside out, and whose rings do not cross, apart from sides that are gone along there and back.
+    pub inverted: Option<InvertedPolygons>,
+    /// Those that are inside out if their rings, which cross, do so at vertices only. Else the crossings are to be told of.
+    pub inverted_if_uncrossed: Option<InvertedPolygons>,
+}
+
+/// Looks for polygons that are inside out.
+#[derive(Debug)]
+pub struct PolygonCheck {
+    folder: PathBuf,
+    /// Segments of a polygon that fit in memory.
+    most: usize,
+    budget: u64,
+    runs: Runs,
+    /// The polygon at hand, and the number of its line.
+    polygon: u64,
+    line: u64,
+    segments: Vec<[Point; 2]>,
+    /// Its segments before these, if they do not fit in memory.
+    spooled: Option<SegmentSpool>,
+    faults: PolygonFaults,
+}
+
+/// Numbers polygons in the order in which they come. Segments of one polygon come one after another.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Runs {
+    last: Option<u64>,
+    number: u64,
+}
+
+impl Runs {
+    /// The number of the polygon with the last segment.
+    pub(crate) fn number(self) -> u64 {
+        self.number
+    }
+
+    /// The number of the polygon with the next segment, which the input calls `key`.
+    pub(crate) fn next(&mut self, key: u64) -> u64 {
+        if self.last.is_some_and(|last| last != key) {
+            self.number += 1;
+        }
+        self.last = Some(key);
+        self.number
+    }
+}
+
+/// The segments that a batch has by their ends, whose lines are numbered from `first_line` on: what the input calls the polygon of
+/// each, the number of its line, and its ends.
+pub(crate) fn by_ends(first_line: u64, batch: &SegmentBatch) -> impl Iterator<Item = (u64, u64, [Point; 2])> {
+    let segments = batch.ends.iter().zip(&batch.lines).enumerate();
+    segments.map(move |(at, (&ends, &line))| {
+        let line = first_line.saturating_add(line);
+        (batch.polygons.get(at).copied().unwrap_or(line), line, ends)
+    })
+}
+
+impl PolygonCheck {
+    /// Within about so many bytes of memory; a polygon that takes more goes to a file in the folder.
+    #[must_use]
+    pub fn new(folder: &Path, memory: u64) -> Self {
+        Self {
+            folder: folder.to_owned(),
+            most: (memory / BYTES).clamp(16, u64::from(u32::MAX)) as usize,
+            budget: memory,
+            runs: Runs::default(),
+            polygon: 0,
+            line: 0,
+            segments: Vec::new(),
+            spooled: None,
+            faults: PolygonFaults::default(),
+        }
+    }
+
+    /// Takes the segments that a batch of obstacles has by their ends. Its lines are numbered from `first_line` on.
+    ///
+    /// # Errors
+    /// If a polygon is too large for the memory, or cannot be spilled.
+    pub fn push(&mut self, first_line: u64, batch: &SegmentBatch) -> Result<(), BuildError> {
+        for (key, line, ends) in by_ends(first_line, batch) {
+            self.take(key, line, ends)?;
+        }
+        Ok(())
+    }
+
+    /// Takes a segment of a polygon.
+    pub(crate) fn take(&mut self, key: u64, line: u64, ends: [Point; 2]) -> Result<(), BuildError> {
+        let polygon = self.runs.next(key);
+        if polygon != self.polygon {
+            self.end_polygon()?;
+            self.polygon = polygon;
+        }
+        self.line = line;
+        self.segments.push(ends.map(Point::normalized));
+        if self.segments.len() >= self.most {
+            self.spill()?;
+        }
+        Ok(())
+    }
+
+    /// What is wrong with the polygons that came. The next segment begins another one.
+    ///
+    /// # Errors
+    /// Those of [`push`](Self::push).
+    pub fn finish(&mut self) -> Result<PolygonFaults, BuildError> {
+        self.end_polygon()?;
+        self.runs.last = None;
+        self.segments = Vec::new();
+        Ok(self.faults)
+    }
+
+    fn spill(&mut self) -> Result<(), BuildError> {
+        let (folder, memory) = (&self.folder, self.budget / 8);
+        let spool = self.spooled.get_or_insert_with(|| SegmentSpool::new(folder, memory));
+        let lines = vec![0; self.segments.len()];
+        spool.push(&self.segments, &[], LineKind::Obstacle, &lines)?;
+        self.segments.clear();
+        Ok(())
+    }
+
+    fn end_polygon(&mut self) -> Result<(), BuildError> {
+        let outcome = if self.spooled.is_some() {
+            self.spill()?;
+            self.segments = Vec::new();
+            let spool = self.spooled.take();
+            spool.map_or(Ok(Outcome::Crosses), |spool| self.sweep_in_strips(spool))?
+        } else {
+            Sweep::new(self.segments.drain(..)).run(None, &mut |_| {})
+        };
+        match outcome {
+            Outcome::Open => {
+                self.faults.open.get_or_insert(self.line);
+            }
+            Outcome::Seen {
+                first: Some(point),
+                meets,
+                ..
+            } => {
+                let found = match meets {
+                    false => &mut self.faults.inverted,
+                    true => &mut self.faults.inverted_if_uncrossed,
+                };
+                let first = Inverted {
+                    obstacle: self.line,
+                    point,
+                };
+                found.get_or_insert(InvertedPolygons { first, polygons: 0 }).polygons += 1;
+            }
+            Outcome::Crosses | Outcome::Seen { .. } => {}
+        }
+        Ok(())
+    }
+
+    /// Sweeps a polygon that does not fit in memory.
+    fn sweep_in_strips(&self, mut spool: SegmentSpool) -> Result<Outcome, BuildError> {
+        let cuts = self.cuts(&mut spool)?;
+        let ends = [f64::NEG_INFINITY, f64::INFINITY];
+        let sides: Vec<f64> = [ends[0]]
+            .into_iter()
+            .chain(cuts.iter().copied())
+            .chain([ends[1]])
+            .collect();
+        let (mut smallest, mut any_meets) = (None, false);
+        for strip in sides.windows(2) {
+            let strip = [strip[0], strip[1]];
+            match Sweep::new(self.within(&mut spool, strip)?.into_iter()).run(Some(strip), &mut |_| {}) {
+                Outcome::Seen { first, meets, .. } => {
+                    // Strips come in the order of the sweep.
+                    smallest = smallest.or(first);
+                    any_meets |= meets;
+                }
+                other => return Ok(other),
+            }
+        }
+        Ok(Outcome::Seen {
+            first: smallest,
+            faces: 0,
+            meets: any_meets,
+        })
+    }
+
+    /// Where to cut a polygon into strips, each of which is met by half as many segments as fit, or by few that do not end there.
+    fn cuts(&self, spool: &mut SegmentSpool) -> Result<Vec<f64>, BuildError> {
+        const SAMPLE: u64 = 1 << 14;
+        let every = spool.len().div_ceil(SAMPLE).max(1);
+        let (mut count, mut sample) = (0, Vec::new());
+        spool.for_each_chunk(|segments| {
+            for segment in segments {
+                if count % every == 0 {
+                    sample.push(segment.ends[0].x);
+                }
+                count += 1;
+            }
+            Ok(())
+        })?;
+        sample.sort_unstable_by(f64::total_cmp);
+        let step = (self.most as u64 / 4 / every).max(1) as usize;
+        let mut cuts: Vec<f64> = sample.into_iter().step_by(step).skip(1).collect();
+        cuts.dedup();
+        Ok(cuts)
+    }
+
+    /// The segments that meet a strip.
+    fn within(&self, spool: &mut SegmentSpool, [left, right]: [f64; 2]) -> Result<Vec<[Point; 2]>, BuildError> {
+        let (mut within, count) = (Vec::new(), spool.len());
+        spool.for_each_chunk(|segments| {
+            let meets = |ends: &[Point; 2]| {
+                let [a, b] = ends.map(|end| end.x);
+                a.max(b) >= left && a.min(b) <= right
+            };
+            within.extend(segments.iter().map(|segment| segment.ends).filter(meets));
+            match within.len() > self.most {
+                true => Err(BuildError::PolygonMemory {
+                    obstacle: self.line,
+                    needed: count.saturating_mul(BYTES),
+                    budget: self.budget,
+                }),
+                false => Ok(()),
+            }
+        })?;
+        Ok(within)
+    }
+}

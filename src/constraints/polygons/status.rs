@@ -1,0 +1,146 @@
+//! The edges that a sweep line meets, in order from below.
+//!
+//! A list of short lists: a search halves both, and a change moves the entries of one short list only.
+
+use crate::geometry::Point;
+
+/// Entries of a short list before it is divided.
+const MOST: usize = 256;
+
+/// An edge on the sweep line.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Entry {
+    /// Its number.
+    pub(crate) edge: u32,
+    /// The last point on it that was passed.
+    pub(crate) from: Point,
+    /// The windings below and above it, and all that lies along it.
+    pub(crate) windings: [i32; 2],
+    /// The face above it, if its winding is negative.
+    pub(crate) face: u32,
+    /// Whether it is the first of those that lie along each other.
+    pub(crate) is_first: bool,
+}
+
+/// Where an entry is, or would be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct At {
+    list: usize,
+    place: usize,
+}
+
+/// The entries.
+#[derive(Debug)]
+pub(crate) struct Status {
+    /// None is empty, unless it is the only one.
+    lists: Vec<Vec<Entry>>,
+}
+
+impl Status {
+    pub(crate) fn new() -> Self {
+        Self {
+            lists: vec![Vec::new()],
+        }
+    }
+
+    /// The place behind all entries that are `below`. These come before all others.
+    pub(crate) fn search(&self, mut below: impl FnMut(&Entry) -> bool) -> At {
+        let list = self.lists.partition_point(|list| list.last().is_some_and(&mut below));
+        match self.lists.get(list) {
+            Some(its) => At {
+                list,
+                place: its.partition_point(below),
+            },
+            None => At {
+                list: list - 1,
+                place: self.lists[list - 1].len(),
+            },
+        }
+    }
+
+    /// The entry below a place.
+    pub(crate) fn below(&self, at: At) -> Option<&Entry> {
+        match at.place.checked_sub(1) {
+            Some(place) => self.lists[at.list].get(place),
+            None => self.lists[..at.list].last()?.last(),
+        }
+    }
+
+    /// The entry at a place.
+    pub(crate) fn above(&self, at: At) -> Option<&Entry> {
+        self.lists[at.list]
+            .get(at.place)
+            .or_else(|| self.lists.get(at.list + 1)?.first())
+    }
+
+    /// Takes out the entries from a place on for which `is_taken`, and puts in their place what `make` makes of them. Returns
+    /// the place behind these.
+    pub(crate) fn replace(
+        &mut self,
+        at: At,
+        mut is_taken: impl FnMut(&Entry) -> bool,
+        [taken, made]: [&mut Vec<Entry>; 2],
+        make: impl FnOnce(&[Entry], &mut Vec<Entry>),
+    ) -> At {
+        taken.clear();
+        made.clear();
+        let (mut list, mut from) = (at.list, at.place);
+        // The last list that is touched, and the place behind what is taken of it.
+        let end = loop {
+            let its = &self.lists[list];
+            let count = its[from..].iter().take_while(|entry| is_taken(entry)).count();
+            taken.extend_from_slice(&its[from..from + count]);
+            if from + count < its.len() || list + 1 == self.lists.len() {
+                break from + count;
+            }
+            (list, from) = (list + 1, 0);
+        };
+        make(taken, made);
+        let behind = At {
+            list: at.list,
+            place: at.place + made.len(),
+        };
+        if list == at.list {
+            self.lists[list].splice(at.place..end, made.iter().copied());
+        } else {
+            self.lists[list].drain(..end);
+            self.lists[at.list].truncate(at.place);
+            self.lists[at.list].extend_from_slice(made);
+            let is_empty = self.lists[list].is_empty();
+            self.lists.drain(at.list + 1..list + usize::from(is_empty));
+        }
+        self.tidy(behind)
+    }
+
+    /// Divides or removes the list of a place. Returns where the place is then.
+    fn tidy(&mut self, at: At) -> At {
+        let its = &self.lists[at.list];
+        if its.is_empty() && self.lists.len() > 1 {
+            self.lists.remove(at.list);
+            return match at.list.checked_sub(1) {
+                Some(list) => At {
+                    list,
+                    place: self.lists[list].len(),
+                },
+                None => At { list: 0, place: 0 },
+            };
+        }
+        if its.len() <= MOST {
+            return at;
+        }
+        let parts: Vec<Vec<Entry>> = its.chunks(MOST / 2).map(<[Entry]>::to_vec).collect();
+        let added = parts.len();
+        self.lists.splice(at.list..=at.list, parts);
+        let (mut list, mut place) = (at.list, at.place);
+        while place > self.lists[list].len() && list + 1 < at.list + added {
+            place -= self.lists[list].len();
+            list += 1;
+        }
+        At { list, place }
+    }
+
+    /// All entries, from below.
+    pub(crate) fn entries_mut(&mut self) -> impl Iterator<Item = &mut Entry> {
+        self.lists.iter_mut().flatten()
+    }
+}

@@ -1,0 +1,395 @@
+//! How often the rings of one polygon go round each place, exactly: a line sweeps over its edges.
+//!
+//! In: the segments of a polygon, the interior on their left. Out: whether their winding is negative anywhere, where that is
+//! first, and the windings on both sides of each part of an edge.
+//!
+//! ```text
+//!                      │  the sweep line, just behind P. It goes by (x, y), so it is tilted a little:
+//!          ╲     1     │  of two points with the same x it meets the lower one first.
+//!      0    ╲       ╱──┤
+//!        ────P─────╱ 0 │  At each point P that is an end of an edge: the edges through P are taken out of the status,
+//!          ╱  ╲        │  what is left of them and what begins at P comes in, by direction. The winding below is known,
+//!         ╱ 1  ╲───────┤  and each edge changes it. A face has a leftmost corner, so every winding is met there.
+//! ```
+//!
+//! Only orientations of given points are computed. Edges may touch, overlap and be there several times. Where two cross, the
+//! sweep goes on if the crossing point is a number that a point can have: there may be a vertex of something else, in which
+//! they meet. Elsewhere nothing can make a vertex of it, and the build tells of the crossing.
+//!
+//! Bentley and Ottmann 1979; Shamos and Hoey 1976 for the pairs that are looked at.
+
+use std::cmp::{Ordering, Reverse};
+use std::collections::BinaryHeap;
+use std::ops::Range;
+
+use crate::collections::union_find::UnionFind;
+use crate::constraints::polygons::status::{Entry, Status};
+use crate::geometry::{ExactCrossing, Orientation, Point, orient2d, segments_cross};
+
+/// Segments between the same ends, taken together.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Edge {
+    /// The smaller end first.
+    pub(crate) ends: [Point; 2],
+    /// By how much the winding above it is more than that below.
+    rise: i32,
+}
+
+/// A part of an edge that no other edge touches within.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Part {
+    /// The number of the edge.
+    pub(crate) edge: usize,
+    /// Its smaller end first.
+    pub(crate) ends: [Point; 2],
+    /// The windings below and above it, and all that lies along it.
+    pub(crate) windings: [i32; 2],
+    /// Whether it is the first of those that lie along each other.
+    pub(crate) is_first: bool,
+}
+
+/// What a sweep found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Outcome {
+    /// Rings cross at a place that is no point.
+    Crosses,
+    /// A ring does not close.
+    Open,
+    /// All windings were seen.
+    Seen {
+        /// The smallest corner of a face whose winding is negative.
+        first: Option<Point>,
+        /// How many such faces there are.
+        faces: u64,
+        /// Whether rings cross at a place that is no end of an edge.
+        meets: bool,
+    },
+}
+
+/// A polygon to be swept.
+#[derive(Debug)]
+pub(crate) struct Sweep {
+    /// In order.
+    edges: Vec<Edge>,
+    /// The larger ends, in order.
+    ends: Vec<Point>,
+}
+
+/// Bytes that a segment takes while it is swept, itself included, at most.
+pub(crate) const BYTES: u64 = 160;
+
+impl Sweep {
+    /// Prepares to sweep segments with valid ends, the interior on their left.
+    pub(crate) fn new(segments: impl Iterator<Item = [Point; 2]>) -> Self {
+        let edges = segments.filter_map(|[a, b]| {
+            let (ends, rise) = match a.lex_cmp(b) {
+                Ordering::Less => ([a, b], 1),
+                Ordering::Greater => ([b, a], -1),
+                Ordering::Equal => return None,
+            };
+            Some(Edge { ends, rise })
+        });
+        let mut edges: Vec<Edge> = edges.collect();
+        edges.sort_unstable_by(|one, other| order(one.ends, other.ends));
+        edges.dedup_by(|next, kept| {
+            let is_same = next.ends == kept.ends;
+            if is_same {
+                kept.rise += next.rise;
+            }
+            is_same
+        });
+        // What goes there and back changes nothing.
+        edges.retain(|edge| edge.rise != 0);
+        let mut ends: Vec<Point> = edges.iter().map(|edge| edge.ends[1]).collect();
+        ends.sort_unstable_by(|p, q| p.lex_cmp(*q));
+        ends.dedup();
+        Self { edges, ends }
+    }
+
+    /// How many edges there are, numbered from 0.
+    pub(crate) fn edge_count(&self) -> usize {
+        self.edges.len()
+    }
+
+    /// The number of the edge between two points, unless it changes nothing.
+    pub(crate) fn edge_between(&self, a: Point, b: Point) -> Option<usize> {
+        let ends = if a.lex_cmp(b).is_lt() { [a, b] } else { [b, a] };
+        self.edges.binary_search_by(|edge| order(edge.ends, ends)).ok()
+    }
+
+    /// Sweeps over all of it, or over the points whose x is in a range; edges that do not meet that may be missing.
+    pub(crate) fn run(&self, range: Option<[f64; 2]>, take: &mut dyn FnMut(Part)) -> Outcome {
+        Line::over(self, range, take).run()
+    }
+}
+
+fn order([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Ordering {
+    a.lex_cmp(c).then_with(|| b.lex_cmp(d))
+}
+
+/// A point by its place in the sweep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Event(Point);
+
+impl Eq for Event {}
+
+impl PartialOrd for Event {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Event {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.0.lex_cmp(other.0)
+    }
+}
+
+/// The sweep line.
+struct Line<'a> {
+    sweep: &'a Sweep,
+    range: [f64; 2],
+    /// Whether the windings are known: not before the range begins.
+    is_within: bool,
+    take: &'a mut dyn FnMut(Part),
+    status: Status,
+    /// Edges and larger ends that were met.
+    begun: usize,
+    ended: usize,
+    /// Crossing points that are to come.
+    crossings: BinaryHeap<Reverse<Event>>,
+    meets: bool,
+    faces: Faces,
+    /// Kept for their memory.
+    taken: Vec<Entry>,
+    made: Vec<Entry>,
+}
+
+impl<'a> Line<'a> {
+    fn over(sweep: &'a Sweep, range: Option<[f64; 2]>, take: &'a mut dyn FnMut(Part)) -> Self {
+        Self {
+            sweep,
+            range: range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]),
+            is_within: range.is_none(),
+            take,
+            status: Status::new(),
+            begun: 0,
+            ended: 0,
+            crossings: BinaryHeap::new(),
+            meets: false,
+            faces: Faces::new(),
+            taken: Vec::new(),
+            made: Vec::new(),
+        }
+    }
+
+    fn run(mut self) -> Outcome {
+        while let Some(point) = self.next_point() {
+            if point.x >= self.range[1] {
+                break;
+            }
+            if !self.is_within && point.x >= self.range[0] {
+                self.enter();
+            }
+            if let Some(outcome) = self.pass(point) {
+                return outcome;
+            }
+        }
+        Outcome::Seen {
+            first: self.faces.first,
+            faces: self.faces.count,
+            meets: self.meets,
+        }
+    }
+
+    fn next_point(&self) -> Option<Point> {
+        let begin = self.sweep.edges.get(self.begun).map(|edge| edge.ends[0]);
+        let end = self.sweep.ends.get(self.ended).copied();
+        let crossing = self.crossings.peek().map(|Reverse(Event(point))| *point);
+        let points = [begin, end, crossing].into_iter().flatten();
+        points.min_by(|p, q| p.lex_cmp(*q))
+    }
+
+    /// Finds the windings of all that is in the status, which is complete now.
+    fn enter(&mut self) {
+        self.is_within = true;
+        let mut above = 0;
+        for entry in self.status.entries_mut() {
+            let below = above;
+            above += self.sweep.edges[entry.edge as usize].rise;
+            entry.windings = [below, above];
+        }
+    }
+
+    /// Goes over a point. What comes out is the end of the sweep.
+    fn pass(&mut self, point: Point) -> Option<Outcome> {
+        let edges = &*self.sweep.edges;
+        let starting = edges[self.begun..].iter().take_while(|edge| edge.ends[0] == point);
+        let starting = self.begun..self.begun + starting.count();
+        self.begun = starting.end;
+        let is_end = self.sweep.ends.get(self.ended) == Some(&point);
+        self.ended += usize::from(is_end);
+        while self.crossings.peek() == Some(&Reverse(Event(point))) {
+            self.crossings.pop();
+            self.meets |= starting.is_empty() && !is_end;
+        }
+        let side = |entry: &Entry| {
+            let [from, to] = edges[entry.edge as usize].ends;
+            orient2d(from, to, point)
+        };
+        let at = self.status.search(|entry| side(entry) == Orientation::CounterClockwise);
+        let lower = self.status.below(at).copied();
+        let (faces, is_within) = (&mut self.faces, self.is_within);
+        let mut is_closed = true;
+        let behind = self.status.replace(
+            at,
+            |entry| side(entry) == Orientation::Collinear,
+            [&mut self.taken, &mut self.made],
+            |taken, made| {
+                leave(edges, point, taken, starting, made);
+                if is_within {
+                    is_closed = faces.label(edges, point, [lower.as_ref(), taken.last()], made);
+                }
+            },
+        );
+        for entry in self.taken.iter().filter(|_| is_within) {
+            (self.take)(Part {
+                edge: entry.edge as usize,
+                ends: [entry.from, point],
+                windings: entry.windings,
+                is_first: entry.is_first,
+            });
+        }
+        if !is_closed {
+            return Some(Outcome::Open);
+        }
+        let upper = self.status.above(behind).map(|entry| entry.edge);
+        let lower = lower.map(|entry| entry.edge);
+        let (lowest, highest) = match &*self.made {
+            [] => (upper, None),
+            [lowest, .., highest] => (Some(lowest.edge), Some(highest.edge)),
+            [only] => (Some(only.edge), Some(only.edge)),
+        };
+        let are_apart = self.look_at(point, lower, lowest) && self.look_at(point, highest, upper);
+        (!are_apart).then_some(Outcome::Crosses)
+    }
+
+    /// Notes where two neighbours cross. Returns whether they do so at points only.
+    fn look_at(&mut self, point: Point, one: Option<u32>, other: Option<u32>) -> bool {
+        let (Some(one), Some(other)) = (one, other) else {
+            return true;
+        };
+        let [one, other] = [one, other].map(|edge| self.sweep.edges[edge as usize].ends);
+        if !segments_cross(one[0], one[1], other[0], other[1]) {
+            return true;
+        }
+        let Some(crossing) = ExactCrossing::of(one, other).map(|crossing| crossing.rounded()) else {
+            return true;
+        };
+        let is_on = |[a, b]: [Point; 2]| orient2d(a, b, crossing) == Orientation::Collinear;
+        if !(is_on(one) && is_on(other)) {
+            return false;
+        }
+        // Behind the point where they cross they are neighbours again.
+        if crossing.lex_cmp(point).is_gt() {
+            self.crossings.push(Reverse(Event(crossing)));
+        }
+        true
+    }
+}
+
+/// What leaves a point: what is left of edges that were taken out there, and those with these numbers, by direction from below.
+fn leave(edges: &[Edge], point: Point, taken: &[Entry], starting: Range<usize>, made: &mut Vec<Entry>) {
+    let going_on = taken.iter().map(|entry| entry.edge);
+    let going_on = going_on.filter(|&edge| edges[edge as usize].ends[1] != point);
+    made.extend(going_on.chain(starting.map(|edge| edge as u32)).map(|edge| Entry {
+        edge,
+        from: point,
+        windings: [0; 2],
+        face: 0,
+        is_first: true,
+    }));
+    if made.len() > 1 {
+        made.sort_unstable_by(|one, other| by_direction(edges, point, one, other).then(one.edge.cmp(&other.edge)));
+    }
+}
+
+/// The order of two edges that leave a point.
+fn by_direction(edges: &[Edge], point: Point, one: &Entry, other: &Entry) -> Ordering {
+    let [to, other] = [one, other].map(|entry| edges[entry.edge as usize].ends[1]);
+    match orient2d(point, to, other) {
+        Orientation::CounterClockwise => Ordering::Less,
+        Orientation::Collinear => Ordering::Equal,
+        Orientation::Clockwise => Ordering::Greater,
+    }
+}
+
+/// The faces whose winding is negative. They are numbered from 1 on; 0 stands for all others.
+struct Faces {
+    joined: UnionFind,
+    next: u32,
+    count: u64,
+    /// The first point at which one began.
+    first: Option<Point>,
+}
+
+impl Faces {
+    fn new() -> Self {
+        Self {
+            joined: UnionFind::new(1),
+            next: 1,
+            count: 0,
+            first: None,
+        }
+    }
+
+    /// Labels the edges that leave a point, given those next below it, and that which was the highest there. Returns whether the
+    /// windings agree.
+    fn label(
+        &mut self,
+        edges: &[Edge],
+        point: Point,
+        [lower, highest]: [Option<&Entry>; 2],
+        made: &mut [Entry],
+    ) -> bool {
+        let (mut winding, face) = lower.map_or((0, 0), |entry| (entry.windings[1], entry.face));
+        let above = highest.map_or((winding, face), |entry| (entry.windings[1], entry.face));
+        if made.is_empty() && winding < 0 && winding == above.0 {
+            self.join(face, above.1);
+        }
+        let mut left = made.len();
+        for along in made.chunk_by_mut(|one, other| by_direction(edges, point, one, other).is_eq()) {
+            let rise: i32 = along.iter().map(|entry| edges[entry.edge as usize].rise).sum();
+            let windings = [winding, winding + rise];
+            winding += rise;
+            left -= along.len();
+            let face = match left {
+                0 => above.1,
+                _ if winding < 0 => self.begin(point),
+                _ => 0,
+            };
+            for (entry, at) in along.iter_mut().zip(0..) {
+                (entry.windings, entry.face, entry.is_first) = (windings, face, at == 0);
+            }
+        }
+        winding == above.0
+    }
+
+    fn begin(&mut self, point: Point) -> u32 {
+        self.first.get_or_insert(point);
+        self.joined.grow(1);
+        self.next += 1;
+        self.count += 1;
+        self.next - 1
+    }
+
+    fn join(&mut self, one: u32, other: u32) {
+        if self.joined.find(one) != self.joined.find(other) {
+            self.joined.union(one, other);
+            self.count -= 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

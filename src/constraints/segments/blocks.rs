@@ -1,0 +1,184 @@
+//! The segments of each block, from their distribution until the block is in work.
+
+use std::io;
+
+use parking_lot::Mutex;
+
+use crate::constraints::segments::cells::SegmentCells;
+use crate::constraints::segments::chunk_store::{Chunk, ChunkStore, damaged};
+use crate::constraints::segments::codec::{SegmentChunk, encode_segments};
+use crate::constraints::segments::segment::{SEGMENT_BYTES, Segment};
+use crate::geometry::Rect;
+use crate::store::{KdTree, list_for};
+
+/// The most segments of a chunk.
+const BLOCK_CHUNK: u64 = 256;
+
+/// The segments of each block: in memory if all fit there, else in a file.
+#[derive(Debug)]
+pub(crate) struct BlockSegments {
+    counts: Vec<u64>,
+    /// None: it was taken.
+    blocks: Mutex<Vec<Option<OfBlock>>>,
+    store: ChunkStore,
+}
+
+/// The segments of a block: first those in chunks.
+#[derive(Debug, Default)]
+struct OfBlock {
+    chunks: Vec<Chunk>,
+    rest: Vec<Segment>,
+}
+
+impl BlockSegments {
+    /// Starts to distribute segments to the leaves of a tree. How many will come is a hint.
+    pub(crate) fn writer(tree: &KdTree, segments: u64, memory: u64) -> BlockWriter<'_> {
+        let count = tree.tiles() as usize;
+        let mut blocks: Vec<OfBlock> = Vec::new();
+        blocks.resize_with(count, OfBlock::default);
+        let mut held = 0;
+        if let [block] = &mut *blocks
+            && segments.saturating_mul(SEGMENT_BYTES) <= memory
+        {
+            block.rest.reserve_exact(segments as usize);
+            held = block.rest.capacity() as u64 * SEGMENT_BYTES;
+        }
+        // A buffer's memory is a power of two of segments, so this much is used. Small chunks fit where others were given up.
+        let share = (memory / SEGMENT_BYTES / count.max(1) as u64).clamp(16, BLOCK_CHUNK);
+        BlockWriter {
+            cells: SegmentCells::new(tree, Rect::PLANE),
+            counts: vec![0; count],
+            blocks,
+            capacity: 1 << share.ilog2(),
+            held,
+            memory,
+            is_spilling: false,
+            bytes: Vec::new(),
+        }
+    }
+
+    /// How many segments a block has: each takes [`SEGMENT_BYTES`].
+    pub(crate) fn count(&self, block: u32) -> u64 {
+        self.counts.get(block as usize).copied().unwrap_or(0)
+    }
+
+    /// Bytes that all take in memory now.
+    #[cfg(test)]
+    pub(crate) fn byte_size(&self) -> u64 {
+        let of_block = |block: &OfBlock| {
+            block.rest.capacity() as u64 * SEGMENT_BYTES + (block.chunks.capacity() * size_of::<Chunk>()) as u64
+        };
+        self.blocks.lock().iter().flatten().map(of_block).sum()
+    }
+
+    /// The segments of a block, in the order in which they came; once, for any thread.
+    ///
+    /// An error is what the system says, or that they were damaged or taken before.
+    pub(crate) fn take(&self, block: u32) -> io::Result<Vec<Segment>> {
+        let of_block = self.blocks.lock().get_mut(block as usize).and_then(Option::take);
+        let taken = || io::Error::new(io::ErrorKind::NotFound, "the segments of a block were taken before");
+        let OfBlock { chunks, rest } = of_block.ok_or_else(taken)?;
+        if chunks.is_empty() {
+            return Ok(rest);
+        }
+        // Made on one thread and given back on another: the allocator must not keep one for each.
+        let mut segments = list_for(self.count(block) as usize);
+        let mut bytes = Vec::new();
+        for chunk in &chunks {
+            let chunk = SegmentChunk::decode(self.store.read(chunk, &mut bytes)?);
+            segments.extend(chunk.ok_or_else(|| damaged("a chunk is not of segments"))?.segments());
+        }
+        segments.extend(rest);
+        Ok(segments)
+    }
+
+    /// Where chunks are.
+    #[cfg(test)]
+    pub(crate) fn store(&self) -> &ChunkStore {
+        &self.store
+    }
+}
+
+/// Distributes segments.
+#[derive(Debug)]
+pub(crate) struct BlockWriter<'a> {
+    cells: SegmentCells<'a>,
+    counts: Vec<u64>,
+    blocks: Vec<OfBlock>,
+    /// Segments of a full chunk.
+    capacity: usize,
+    /// Bytes in memory, until they are more than there may be.
+    held: u64,
+    memory: u64,
+    is_spilling: bool,
+    bytes: Vec<u8>,
+}
+
+impl BlockWriter<'_> {
+    /// Takes segments; chunks go to a store.
+    pub(crate) fn push(&mut self, segments: &[Segment], store: &mut ChunkStore) -> io::Result<()> {
+        let Self {
+            cells,
+            counts,
+            blocks,
+            capacity,
+            held,
+            is_spilling,
+            bytes,
+            ..
+        } = self;
+        let mut spilled = Ok(());
+        cells.for_each(segments, |leaf, at| {
+            counts[leaf as usize] += 1;
+            let block = &mut blocks[leaf as usize];
+            let before = block.rest.capacity();
+            block.rest.push(segments[at]);
+            if !*is_spilling {
+                *held += (block.rest.capacity() - before) as u64 * SEGMENT_BYTES;
+            } else if block.rest.len() >= *capacity && spilled.is_ok() {
+                spilled = block.spill(*capacity, store, bytes);
+            }
+        });
+        spilled?;
+        if !self.is_spilling && self.held > self.memory {
+            self.is_spilling = true;
+            self.spill_all(store)?;
+        }
+        Ok(())
+    }
+
+    fn spill_all(&mut self, store: &mut ChunkStore) -> io::Result<()> {
+        for block in &mut self.blocks {
+            block.spill(self.capacity, store, &mut self.bytes)?;
+            block.rest = Vec::new();
+        }
+        Ok(())
+    }
+
+    /// All have come; chunks are in this store.
+    pub(crate) fn finish(mut self, mut store: ChunkStore) -> io::Result<BlockSegments> {
+        if self.is_spilling {
+            self.spill_all(&mut store)?;
+        }
+        Ok(BlockSegments {
+            counts: self.counts,
+            blocks: Mutex::new(self.blocks.into_iter().map(Some).collect()),
+            store,
+        })
+    }
+}
+
+impl OfBlock {
+    /// Writes what is in memory, in chunks of so many segments.
+    fn spill(&mut self, capacity: usize, store: &mut ChunkStore, bytes: &mut Vec<u8>) -> io::Result<()> {
+        for segments in self.rest.chunks(capacity) {
+            encode_segments(segments, &[], bytes);
+            self.chunks.push(store.append(bytes)?);
+        }
+        self.rest.clear();
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,413 @@
+//! The spool: takes segments as they come, and gives them back in the same order.
+
+use std::io;
+use std::path::Path;
+
+use crate::constraints::segments::blocks::BlockSegments;
+use crate::constraints::segments::chunk_store::{Chunk, ChunkStore, damaged};
+use crate::constraints::segments::codec::{Numbers, SegmentChunk, encode_numbers, encode_segments};
+use crate::constraints::segments::join::Join;
+use crate::constraints::segments::segment::{CHUNK_SEGMENTS, Segment};
+use crate::constraints::without_z::NO_Z;
+use crate::geometry::Point;
+use crate::input::PointBatch;
+use crate::pipeline::error::BuildError;
+use crate::store::{EdgeSource, KdTree, LineKind};
+
+/// Segments, first those by their ends and then those between points, each in the order in which they came.
+///
+/// ```text
+/// memory  1/2   chunks, until so many bytes are there
+///         1/4   the join: records that are sorted; later pairs that wait for points; at last the places of a part
+///         1/4   buffers, lists of chunks
+/// ```
+#[derive(Debug)]
+pub(crate) struct SegmentSpool {
+    store: ChunkStore,
+    /// Segments of a chunk.
+    capacity: usize,
+    by_ends: Vec<Chunk>,
+    by_ends_count: u64,
+    /// Whether z came with the ends of any segment: those of later chunks have it, [`NO_Z`] where they came without.
+    has_z: bool,
+    /// Those that are in no chunk yet.
+    pending: Vec<Segment>,
+    pending_z: Vec<[f64; 2]>,
+    join: Join,
+    /// The sources of those in the join.
+    sources: Vec<Chunk>,
+    pending_sources: Vec<u64>,
+    /// For the bytes of a chunk; kept for its memory.
+    bytes: Vec<u8>,
+}
+
+impl SegmentSpool {
+    /// No segments yet. They will take about so many bytes of memory at most, and the rest of them room in the folder.
+    pub(crate) fn new(folder: &Path, memory: u64) -> Self {
+        let capacity = memory / 64 / size_of::<Segment>() as u64;
+        Self {
+            store: ChunkStore::new(folder, memory / 2),
+            capacity: capacity.clamp(4, CHUNK_SEGMENTS as u64) as usize,
+            by_ends: Vec::new(),
+            by_ends_count: 0,
+            has_z: false,
+            pending: Vec::new(),
+            pending_z: Vec::new(),
+            join: Join::new(memory / 2),
+            sources: Vec::new(),
+            pending_sources: Vec::new(),
+            bytes: Vec::new(),
+        }
+    }
+
+    /// How many there are, those of no length too.
+    pub(crate) fn len(&self) -> u64 {
+        self.by_ends_count + self.join.segments()
+    }
+
+    /// Whether there are none.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Bytes that they take in memory now.
+    pub(crate) fn byte_size(&self) -> u64 {
+        let lists = (self.by_ends.capacity() + self.sources.capacity()) * size_of::<Chunk>();
+        let pending = self.pending.capacity() * size_of::<Segment>()
+            + self.pending_z.capacity() * size_of::<[f64; 2]>()
+            + self.pending_sources.capacity() * size_of::<u64>();
+        (lists + pending + self.bytes.capacity()) as u64 + self.store.byte_size() + self.join.byte_size()
+    }
+
+    /// How many came by their ends, and how many between points.
+    pub(crate) fn counts(&self) -> [u64; 2] {
+        [self.by_ends_count, self.join.segments()]
+    }
+
+    /// Bytes that all of them take on the disk, about, while they come or while each block gets those that meet it, which
+    /// take the place of what was read; none if they stay in memory.
+    pub(crate) fn disk_bytes(&self) -> u64 {
+        /// Of one by its ends: these and its source; and of its z.
+        const BY_ENDS: u64 = 36;
+        const Z: u64 = 16;
+        /// Of one between points: records that wait, places that were found, and its source.
+        const BETWEEN: u64 = 60;
+        let [by_ends, between] = self.counts();
+        let each = if self.has_z { BY_ENDS + Z } else { BY_ENDS };
+        let bytes = by_ends
+            .saturating_mul(each)
+            .saturating_add(between.saturating_mul(BETWEEN));
+        if bytes > self.store.limit() { bytes } else { 0 }
+    }
+
+    /// Bytes that are on the disk already.
+    pub(crate) fn spilled_bytes(&self) -> u64 {
+        self.store.file_bytes()
+    }
+
+    /// Takes segments by their ends, with z at each or none at all, of these lines.
+    ///
+    /// An error is an end or a z that is not valid, a line's number that is too large, lists of different lengths, or what the
+    /// system says when they are spilled. In the first three cases none of them is taken.
+    pub(crate) fn push(
+        &mut self,
+        ends: &[[Point; 2]],
+        z: &[[f64; 2]],
+        kind: LineKind,
+        lines: &[u64],
+    ) -> Result<(), BuildError> {
+        if lines.len() != ends.len() || !(z.is_empty() || z.len() == ends.len()) {
+            return Err(BuildError::SegmentBatch {
+                segments: ends.len(),
+                z: z.len(),
+                lines: lines.len(),
+            });
+        }
+        for (ends, segment) in ends.iter().zip(self.len()..) {
+            if let Some(&point) = ends.iter().find(|end| !end.is_valid()) {
+                return Err(BuildError::InvalidEnd { segment, point });
+            }
+        }
+        for (z, segment) in z.iter().zip(self.len()..) {
+            if let Some(&z) = z.iter().find(|z| z.is_infinite()) {
+                return Err(BuildError::InvalidEndZ { segment, z });
+            }
+        }
+        self.check_lines(lines)?;
+        if !z.is_empty() && !self.has_z {
+            self.flush_pending().map_err(|error| self.cannot_spill(error))?;
+            self.has_z = true;
+        }
+        for (at, (ends, &line)) in ends.iter().zip(lines).enumerate() {
+            self.pending.push(Segment {
+                ends: ends.map(Point::normalized),
+                source: EdgeSource::new(kind, line),
+            });
+            if self.has_z {
+                self.pending_z.push(z.get(at).copied().unwrap_or([NO_Z; 2]));
+            }
+            self.by_ends_count += 1;
+            if self.pending.len() >= self.capacity {
+                self.flush_pending().map_err(|error| self.cannot_spill(error))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes segments by the record numbers of points that come later, of these lines.
+    ///
+    /// Errors are those of [`push`](Self::push), but for ends.
+    pub(crate) fn push_between(
+        &mut self,
+        records: &[[u64; 2]],
+        kind: LineKind,
+        lines: &[u64],
+    ) -> Result<(), BuildError> {
+        if lines.len() != records.len() {
+            return Err(BuildError::SegmentBatch {
+                segments: records.len(),
+                z: 0,
+                lines: lines.len(),
+            });
+        }
+        self.check_lines(lines)?;
+        self.spill_between(records, kind, lines)
+            .map_err(|error| self.cannot_spill(error))
+    }
+
+    fn spill_between(&mut self, records: &[[u64; 2]], kind: LineKind, lines: &[u64]) -> io::Result<()> {
+        for &line in lines {
+            self.pending_sources.push(EdgeSource::new(kind, line).to_bits());
+            if self.pending_sources.len() >= 4 * self.capacity {
+                encode_numbers(self.pending_sources.iter().copied(), &mut self.bytes);
+                self.sources.push(self.store.append(&self.bytes)?);
+                self.pending_sources.clear();
+            }
+        }
+        self.join.push(records, &mut self.store)
+    }
+
+    fn check_lines(&self, lines: &[u64]) -> Result<(), BuildError> {
+        let mut numbered = lines.iter().zip(self.len()..);
+        match numbered.find(|&(&line, _)| line > EdgeSource::MAX_NUMBER) {
+            Some((&line, segment)) => Err(BuildError::LineNumber { segment, line }),
+            None => Ok(()),
+        }
+    }
+
+    fn flush_pending(&mut self) -> io::Result<()> {
+        if !self.pending.is_empty() {
+            encode_segments(&self.pending, &self.pending_z, &mut self.bytes);
+            self.by_ends.push(self.store.append(&self.bytes)?);
+            self.pending.clear();
+            self.pending_z.clear();
+        }
+        Ok(())
+    }
+
+    fn cannot_spill(&self, error: io::Error) -> BuildError {
+        BuildError::io(self.store.folder(), "spill segments in", error)
+    }
+
+    fn cannot_read(&self, error: io::Error) -> BuildError {
+        BuildError::io(self.store.folder(), "read segments back from", error)
+    }
+
+    /// Finds the ends that are among these points. Segments between them must have come before.
+    ///
+    /// It is fastest if records ascend, but need not be so. If one comes twice, the last one counts.
+    pub(crate) fn resolve(&mut self, batch: &PointBatch) -> Result<(), BuildError> {
+        let resolved = self.join.resolve(batch, &mut self.store);
+        resolved.map_err(|error| self.cannot_spill(error))
+    }
+
+    /// z at the ends of those that [`for_each_chunk`](Self::for_each_chunk) gives first, in its order, [`NO_Z`] where there is
+    /// none; all others have none.
+    pub(crate) fn z_of_ends(&self) -> Result<Vec<[f64; 2]>, BuildError> {
+        let mut all = Vec::new();
+        for batch in self.ends(0) {
+            let PointBatch { points, mut z, .. } = batch?;
+            z.resize(points.len(), NO_Z);
+            let pairs = points.as_chunks::<2>().0.iter().zip(z.as_chunks::<2>().0);
+            all.extend(pairs.filter(|([a, b], _)| a != b).map(|(_, z)| *z));
+        }
+        Ok(all)
+    }
+
+    /// The ends of segments that came by them, two for each, as points with ascending record
+    /// numbers from this one on, with z or [`NO_Z`].
+    pub(crate) fn ends(&self, first_record: u64) -> impl Iterator<Item = Result<PointBatch, BuildError>> + Send {
+        let mut record = first_record;
+        let mut bytes = Vec::new();
+        let chunks = self.by_ends.iter().map(Some).chain([None]);
+        let batches = chunks.map(move |chunk| {
+            let (ends, z): (Vec<[Point; 2]>, Vec<f64>) = match chunk {
+                Some(chunk) => {
+                    let read = self.store.read(chunk, &mut bytes);
+                    let chunk = read.and_then(decode).map_err(|error| self.cannot_read(error))?;
+                    (
+                        chunk.clone().segments().map(|segment| segment.ends).collect(),
+                        chunk.z().collect(),
+                    )
+                }
+                None => {
+                    let ends = self.pending.iter().map(|segment| segment.ends);
+                    (ends.collect(), self.pending_z.as_flattened().to_vec())
+                }
+            };
+            let points = ends.into_flattened();
+            let first = record;
+            record = record.saturating_add(points.len() as u64);
+            Ok(PointBatch {
+                records: (0..points.len() as u64).map(|at| first.saturating_add(at)).collect(),
+                points,
+                z,
+            })
+        });
+        batches.filter(|batch| !matches!(batch, Ok(batch) if batch.is_empty()))
+    }
+
+    /// Gives all segments but those of no length, some at a time, once all points have come. It may be called again.
+    ///
+    /// An error is [`BuildError::NoSuchRecord`], what the system says, or what `take` does.
+    pub(crate) fn for_each_chunk(
+        &mut self,
+        mut take: impl FnMut(&[Segment]) -> Result<(), BuildError>,
+    ) -> Result<(), BuildError> {
+        let given = self.give(false, &mut |segments, _| take(segments).map_err(Stopped::Build));
+        given.map_err(|stopped| self.error(stopped))
+    }
+
+    fn error(&self, stopped: Stopped) -> BuildError {
+        match stopped {
+            Stopped::Io(error) => self.cannot_read(error),
+            Stopped::Build(error) => error,
+        }
+    }
+
+    fn give(&mut self, is_last: bool, take: &mut Take) -> Result<(), Stopped> {
+        self.join.rest(&mut self.store)?;
+        let mut segments: Vec<Segment> = Vec::with_capacity(self.capacity);
+        let has_length = |segment: &Segment| segment.ends[0] != segment.ends[1];
+        let mut give = |segments: &mut Vec<Segment>, store: &mut ChunkStore| -> Result<(), Stopped> {
+            if !segments.is_empty() {
+                take(segments, store)?;
+                segments.clear();
+            }
+            Ok(())
+        };
+        for chunk in &mut self.by_ends {
+            let its = decode(self.store.read(chunk, &mut self.bytes)?)?;
+            segments.extend(its.segments().filter(has_length));
+            if is_last {
+                self.store.free(std::mem::take(chunk));
+            }
+            give(&mut segments, &mut self.store)?;
+        }
+        segments.extend(self.pending.iter().filter(|segment| has_length(segment)));
+        give(&mut segments, &mut self.store)?;
+        let mut sources = Sources {
+            chunks: &self.sources,
+            pending: &self.pending_sources,
+            now: Vec::new().into_iter(),
+            bytes: &mut self.bytes,
+        };
+        let take = |all: &[[Point; 2]], store: &mut ChunkStore| {
+            for ends in all.chunks(self.capacity) {
+                for &ends in ends {
+                    let source = sources.next(store)?;
+                    segments.extend(Some(Segment { ends, source }).filter(has_length));
+                }
+                give(&mut segments, store)?;
+            }
+            Ok(())
+        };
+        let missing = |segment, record| Stopped::Build(BuildError::NoSuchRecord { segment, record });
+        self.join.for_each(is_last, &mut self.store, take, missing)
+    }
+
+    /// Gives each block, which is a leaf of the tree, the segments that meet its cell. They stay in memory if they take no
+    /// more than so many bytes there.
+    ///
+    /// Errors are those of [`for_each_chunk`](Self::for_each_chunk).
+    pub(crate) fn distribute(mut self, tree: &KdTree, memory: u64) -> Result<BlockSegments, BuildError> {
+        self.store.fill_no_memory();
+        let folder = self.store.folder().to_owned();
+        let cannot = |error| BuildError::io(&folder, "spill segments in", error);
+        let mut blocks = BlockSegments::writer(tree, self.len(), memory);
+        let given = self.give(true, &mut |segments, store| {
+            blocks
+                .push(segments, store)
+                .map_err(|error| Stopped::Build(cannot(error)))
+        });
+        given.map_err(|stopped| self.error(stopped))?;
+        blocks.finish(self.store).map_err(cannot)
+    }
+
+    /// Where chunks are.
+    #[cfg(test)]
+    pub(crate) fn store(&self) -> &ChunkStore {
+        &self.store
+    }
+}
+
+/// Who takes segments, and may write to where they come from.
+type Take<'a> = dyn FnMut(&[Segment], &mut ChunkStore) -> Result<(), Stopped> + 'a;
+
+/// Why segments are not given any more.
+enum Stopped {
+    Io(io::Error),
+    Build(BuildError),
+}
+
+impl From<io::Error> for Stopped {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+fn decode(bytes: &[u8]) -> io::Result<SegmentChunk<'_>> {
+    SegmentChunk::decode(bytes).ok_or_else(|| damaged("a chunk is not of segments"))
+}
+
+/// Reads sources one after the other.
+struct Sources<'a> {
+    /// Those that were not read.
+    chunks: &'a [Chunk],
+    /// Those behind them.
+    pending: &'a [u64],
+    now: std::vec::IntoIter<u64>,
+    bytes: &'a mut Vec<u8>,
+}
+
+impl Sources<'_> {
+    #[inline]
+    fn next(&mut self, store: &ChunkStore) -> io::Result<EdgeSource> {
+        loop {
+            if let Some(source) = self.now.next() {
+                return Ok(EdgeSource::from_bits(source));
+            }
+            self.read(store)?;
+        }
+    }
+
+    #[cold]
+    fn read(&mut self, store: &ChunkStore) -> io::Result<()> {
+        let sources = match self.chunks.split_first() {
+            Some((chunk, rest)) => {
+                self.chunks = rest;
+                let numbers = Numbers::decode(store.read(chunk, self.bytes)?);
+                numbers.ok_or_else(|| damaged("a chunk is not of numbers"))?.collect()
+            }
+            None => std::mem::take(&mut self.pending).to_vec(),
+        };
+        if sources.is_empty() {
+            return Err(damaged("segments have no sources"));
+        }
+        self.now = sources.into_iter();
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,425 @@
+//! Lines that cross, split: what becomes of the segments of a build, and where its crossing points lie, z included.
+//!
+//! In: all segments, with z at the ends of some. Out: pieces that do not cross, and the points at which they were cut, with
+//! z where a line through them has it at both ends. Everything is in memory.
+//!
+//! Of several lines through a point, the first one that has z says how high it lies: that of the smallest number (break lines
+//! come before walls, and these before obstacles), and of its segments the one whose ends come first. That is a function of
+//! the lines; their order and direction do not matter. Along a segment z changes evenly with the coordinate that changes
+//! more; rounding takes none beyond the z of its ends.
+
+use std::cmp::Ordering;
+
+use crate::constraints::crossings::ends::Ends;
+use crate::constraints::crossings::split::{Points, Segment as Bent, SplitError, any_cross, split};
+use crate::constraints::polygons::arrivals::PolygonNumbers;
+use crate::constraints::polygons::check::{InvertedPolygons, Runs};
+use crate::constraints::polygons::put_right::{PutRight, put_right};
+use crate::constraints::segments::spool::SegmentSpool;
+use crate::constraints::without_z::NO_Z;
+use crate::geometry::{Point, Rect};
+use crate::input::PointBatch;
+use crate::pipeline::error::BuildError;
+use crate::store::{EdgeSource, LineBatch, LineKind};
+
+/// Bytes of a segment, and of a crossing, while segments are split.
+const BYTES: u64 = 300;
+/// Pieces and points of a batch.
+const BATCH: usize = 8192;
+
+/// A segment before it was split.
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    ends: [Point; 2],
+    source: EdgeSource,
+    /// z at both ends, or [`NO_Z`].
+    z: [f64; 2],
+    /// The number of its polygon, if it is of one.
+    polygon: u64,
+}
+
+/// Segments that are to be split where they cross, as a build splits them.
+///
+/// ```
+/// use delaunay_tiles::{BuildError, LinesToSplit};
+/// use delaunay_tiles::geometry::Point;
+/// use delaunay_tiles::store::{EdgeSource, LineBatch, LineKind};
+///
+/// let line = |[a, b, c, d]: [f64; 4]| [Point::new(a, b), Point::new(c, d)];
+/// let wall = |number| EdgeSource::new(LineKind::Wall, number);
+/// let mut lines = LinesToSplit::new(1 << 20);
+/// let crossing = LineBatch {
+///     ends: vec![line([0.0, 0.0, 4.0, 4.0]), line([0.0, 4.0, 4.0, 0.0])],
+///     sources: vec![wall(0), wall(1)],
+/// };
+/// lines.push(&crossing, &[], &[])?;
+/// // There are no other points.
+/// let split = lines.split(|_, _| Ok::<_, BuildError>(()))?;
+/// assert_eq!(split.crossings(), 1);
+/// assert_eq!(split.points(0).next().unwrap().points, [Point::new(2.0, 2.0)]);
+/// assert_eq!(split.pieces().next().unwrap().ends.len(), 4);
+/// # Ok::<(), BuildError>(())
+/// ```
+#[derive(Debug)]
+pub struct LinesToSplit {
+    lines: Vec<Line>,
+    /// Bytes that it may take.
+    memory: u64,
+    /// They are split here as well.
+    borders: Vec<[Point; 2]>,
+    runs: Runs,
+}
+
+impl LinesToSplit {
+    /// None yet; in so many bytes of memory, of which a segment takes about 300, and so does a crossing.
+    #[must_use]
+    pub fn new(memory: u64) -> Self {
+        Self {
+            lines: Vec::new(),
+            memory,
+            borders: Vec::new(),
+            runs: Runs::default(),
+        }
+    }
+
+    /// Has them split too where they cross these borders: those that the file tells of whose lines they are.
+    #[must_use]
+    pub fn at_borders(mut self, borders: &[[Point; 2]]) -> Self {
+        self.borders = borders.to_vec();
+        self
+    }
+
+    /// Takes segments, and z at both ends of those that have any: NaN stands for none, and so does a list that is too short. Segments
+    /// of no length are nothing to split. Of obstacles, `polygons` tells the polygon of each segment; where it is empty, each line is
+    /// one. Segments of one polygon come one after another.
+    ///
+    /// # Errors
+    /// If they do not fit in memory.
+    pub fn push(&mut self, batch: &LineBatch, z: &[[f64; 2]], polygons: &[u64]) -> Result<(), BuildError> {
+        for (at, (ends, &source)) in batch.ends.iter().zip(&batch.sources).enumerate() {
+            let polygon = match source.kind() {
+                LineKind::Obstacle => self.runs.next(polygons.get(at).copied().unwrap_or(source.number())),
+                _ => 0,
+            };
+            let line = Line {
+                ends: ends.map(Point::normalized),
+                source,
+                z: z.get(at).copied().unwrap_or([NO_Z; 2]),
+                polygon,
+            };
+            if line.ends[0] != line.ends[1] {
+                self.lines.push(line);
+            }
+        }
+        let needed = self.lines.len() as u64 * BYTES;
+        match needed > self.memory {
+            true => Err(BuildError::SplitMemory {
+                needed,
+                budget: self.memory,
+            }),
+            false => Ok(()),
+        }
+    }
+
+    /// Splits them, and at other vertices too, where they lie on those that are bent: `points` gives, as often as it is asked, all
+    /// points and sites of the input within a rectangle, or more, some at a time. Ends of segments may be among them.
+    ///
+    /// # Errors
+    /// If there are more crossings than fit in memory, or no end of them; or what `points` says.
+    pub fn split<E: From<BuildError>>(
+        self,
+        mut points: impl FnMut(Rect, &mut dyn FnMut(&[Point])) -> Result<(), E>,
+    ) -> Result<SplitLines, E> {
+        self.split_at(&mut |within, take| points(within, take).map_err(Stopped::Points))
+            .map_err(|stopped| match stopped {
+                Stopped::Split(error) => BuildError::Split(error).into(),
+                Stopped::Points(error) => error,
+            })
+    }
+
+    fn split_at<E: From<SplitError>>(self, points: &mut Points<'_, E>) -> Result<SplitLines, E> {
+        let Self {
+            lines, memory, borders, ..
+        } = self;
+        let bent = lines.iter().zip(0..).map(|(line, carried)| Bent {
+            ends: line.ends,
+            carried,
+        });
+        let mut pieces: Vec<Bent<u32>> = bent.collect();
+        let left = memory.saturating_sub(lines.len() as u64 * BYTES);
+        let done = split(&mut pieces, (left / BYTES) as usize, &borders, points)?;
+        let put_right = put_right(&mut pieces, |piece| {
+            let Line { source, polygon, .. } = lines[piece.carried as usize];
+            (source.kind() == LineKind::Obstacle).then_some((polygon, source.number()))
+        });
+        Ok(SplitLines {
+            lines,
+            pieces,
+            points: done.points,
+            crossings: done.crossings.iter().sum(),
+            borders,
+            put_right,
+        })
+    }
+
+    /// A rectangle around all of them.
+    fn bounds(&self) -> Rect {
+        Rect::around(self.lines.iter().flat_map(|line| line.ends))
+    }
+}
+
+/// Why segments are not split.
+enum Stopped<E> {
+    Split(SplitError),
+    Points(E),
+}
+
+impl<E> From<SplitError> for Stopped<E> {
+    fn from(error: SplitError) -> Self {
+        Self::Split(error)
+    }
+}
+
+/// What was made of segments that crossed.
+#[derive(Debug)]
+pub struct SplitLines {
+    lines: Vec<Line>,
+    /// The pieces, each with the number of its line.
+    pieces: Vec<Bent<u32>>,
+    /// The points at which lines were cut, in lexicographic order.
+    points: Vec<Point>,
+    crossings: u64,
+    borders: Vec<[Point; 2]>,
+    put_right: PutRight,
+}
+
+impl SplitLines {
+    /// Splits all segments of a spool, whose polygons are known by numbers, within so many bytes; `points` are other vertices. None:
+    /// all of them stay as they are, or segments cross though they may not, which is for others to tell of.
+    pub(crate) fn of(
+        (segments, mut polygons): (&mut SegmentSpool, PolygonNumbers<'_>),
+        budget: u64,
+        (may_cross, borders): (bool, &dyn Fn(Rect) -> Vec<[Point; 2]>),
+        points: &mut Points<'_, BuildError>,
+    ) -> Result<Option<Self>, BuildError> {
+        let needed = segments.len().saturating_mul(BYTES);
+        if needed > budget {
+            return Err(BuildError::SplitMemory { needed, budget });
+        }
+        let mut lines = LinesToSplit::new(budget);
+        lines.lines.reserve_exact(segments.len() as usize);
+        let z = segments.z_of_ends()?;
+        segments.for_each_chunk(|some| {
+            for segment in some {
+                lines.lines.push(Line {
+                    ends: segment.ends,
+                    source: segment.source,
+                    z: z.get(lines.lines.len()).copied().unwrap_or([NO_Z; 2]),
+                    polygon: polygons.next(segment.source),
+                });
+            }
+            Ok(())
+        })?;
+        drop(z);
+        lines.borders = borders(lines.bounds());
+        if !may_cross && (lines.borders.is_empty() || any_cross(&lines.lines)) {
+            return Ok(None);
+        }
+        Ok(Some(lines.split_at(points)?).filter(|split| !split.points.is_empty() || split.put_right.parts > 0))
+    }
+
+    /// What became of polygons that were inside out.
+    pub(crate) fn put_right(&self) -> PutRight {
+        self.put_right
+    }
+
+    /// The polygons that were inside out, and were put right.
+    #[must_use]
+    pub fn inverted(&self) -> Option<InvertedPolygons> {
+        self.put_right.inverted
+    }
+
+    /// The borders at which they were split.
+    pub(crate) fn borders(&self) -> &[[Point; 2]] {
+        &self.borders
+    }
+
+    /// How many pairs crossed.
+    #[must_use]
+    pub fn crossings(&self) -> u64 {
+        self.crossings
+    }
+
+    /// The pieces, which do not cross, each with the source of its segment.
+    pub fn pieces(&self) -> impl Iterator<Item = LineBatch> {
+        self.pieces.chunks(BATCH).map(|pieces| LineBatch {
+            ends: pieces.iter().map(|piece| piece.ends).collect(),
+            sources: pieces.iter().map(|piece| self.line(piece).source).collect(),
+        })
+    }
+
+    fn line(&self, piece: &Bent<u32>) -> Line {
+        self.lines[piece.carried as usize]
+    }
+
+    /// Puts the pieces into a spool, in the order of their lines.
+    pub(crate) fn push_pieces(&self, spool: &mut SegmentSpool) -> Result<(), BuildError> {
+        let kind = |piece: &Bent<u32>| self.line(piece).source.kind();
+        for of_kind in self.pieces.chunk_by(|a, b| kind(a) == kind(b)) {
+            let ends: Vec<[Point; 2]> = of_kind.iter().map(|piece| piece.ends).collect();
+            let lines: Vec<u64> = of_kind.iter().map(|piece| self.line(piece).source.number()).collect();
+            spool.push(&ends, &[], kind(&of_kind[0]), &lines)?;
+        }
+        Ok(())
+    }
+
+    /// The points at which segments were cut, in lexicographic order, with record numbers from this one on, and with z if
+    /// any segment has, NaN where none does there.
+    pub fn points(&self, first_record: u64) -> impl Iterator<Item = PointBatch> {
+        let z = self.z();
+        let points = &self.points;
+        (0..points.len()).step_by(BATCH).map(move |start| {
+            let end = points.len().min(start + BATCH);
+            PointBatch {
+                points: points[start..end].to_vec(),
+                z: z.get(start..end).unwrap_or_default().to_vec(),
+                records: (first_record + start as u64..first_record + end as u64).collect(),
+            }
+        })
+    }
+
+    /// z of each point, [`NO_Z`] where no line has it; or nothing, if none has any.
+    fn z(&self) -> Vec<f64> {
+        if self.lines.iter().all(|line| !line.has_z()) {
+            return Vec::new();
+        }
+        let mut first: Vec<Option<u32>> = vec![None; self.points.len()];
+        for piece in &self.pieces {
+            let line = &self.lines[piece.carried as usize];
+            for end in piece.ends.iter().filter(|_| line.has_z()) {
+                if let Ok(place) = self.points.binary_search_by(|point| point.lex_cmp(*end)) {
+                    let kept = &mut first[place];
+                    if kept.is_none_or(|kept| line.order(&self.lines[kept as usize]).is_lt()) {
+                        *kept = Some(piece.carried);
+                    }
+                }
+            }
+        }
+        let points = self.points.iter().zip(first);
+        let z = points.map(|(&point, line)| line.map_or(NO_Z, |line| self.lines[line as usize].z_at(point)));
+        z.collect()
+    }
+}
+
+impl Ends for Line {
+    fn ends(&self) -> [Point; 2] {
+        self.ends
+    }
+}
+
+impl Line {
+    fn has_z(&self) -> bool {
+        self.z.iter().all(|z| !z.is_nan())
+    }
+
+    /// From the smaller end on.
+    fn in_order(&self) -> ([Point; 2], [f64; 2]) {
+        let ([a, b], [z_a, z_b]) = (self.ends, self.z);
+        match a.lex_cmp(b).is_le() {
+            true => ([a, b], [z_a, z_b]),
+            false => ([b, a], [z_b, z_a]),
+        }
+    }
+
+    /// Which of two says how high a point lies. Equal ones say the same.
+    fn order(&self, other: &Self) -> Ordering {
+        let (([a, b], z), ([c, d], w)) = (self.in_order(), other.in_order());
+        let number = self.source.number().cmp(&other.source.number());
+        let ends = number.then_with(|| a.lex_cmp(c)).then_with(|| b.lex_cmp(d));
+        ends.then_with(|| z[0].total_cmp(&w[0]))
+            .then_with(|| z[1].total_cmp(&w[1]))
+    }
+
+    /// z at a point along it.
+    fn z_at(&self, point: Point) -> f64 {
+        let ([a, b], [low, high]) = self.in_order();
+        let (width, height) = (b.x - a.x, b.y - a.y);
+        let share = if width.abs() >= height.abs() {
+            (point.x - a.x) / width
+        } else {
+            (point.y - a.y) / height
+        };
+        let z = low * (1.0 - share) + high * share;
+        z.clamp(low.min(high), low.max(high))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(ends: [[f64; 2]; 2], z: [f64; 2], number: u64) -> Line {
+        Line {
+            ends: ends.map(|[x, y]| Point::new(x, y)),
+            source: EdgeSource::new(LineKind::Wall, number),
+            z,
+            polygon: 0,
+        }
+    }
+
+    fn reversed(line: Line) -> Line {
+        Line {
+            ends: [line.ends[1], line.ends[0]],
+            z: [line.z[1], line.z[0]],
+            ..line
+        }
+    }
+
+    #[test]
+    fn z_changes_evenly_along_a_segment() {
+        for (ends, z, at, expected) in [
+            ([[0.0, 0.0], [8.0, 4.0]], [10.0, 30.0], [2.0, 1.0], 15.0),
+            ([[0.0, 0.0], [-4.0, 8.0]], [10.0, 30.0], [-1.0, 2.0], 15.0),
+            ([[3.0, 0.0], [3.0, 8.0]], [1.0, 1.0], [3.0, 7.0], 1.0),
+            ([[0.0, 0.0], [1.0, 0.0]], [0.1, 0.1], [0.3, 0.0], 0.1),
+            ([[0.0, 0.0], [1.0, 0.0]], [f64::MAX, -f64::MAX], [0.5, 0.0], 0.0),
+            // Rounding may take a point beyond an end in the other coordinate only; z stays between.
+            ([[0.0, 0.0], [1e-9, 0.0]], [5.0, 7.0], [1e-9, 1e-20], 7.0),
+        ] {
+            let line = line(ends, z, 0);
+            let point = Point::new(at[0], at[1]);
+            assert_eq!(line.z_at(point), expected, "{line:?}");
+            assert_eq!(reversed(line).z_at(point), expected);
+            assert!(line.order(&reversed(line)).is_eq());
+        }
+    }
+
+    #[test]
+    fn the_first_line_with_z_says_how_high_a_point_lies() {
+        let lines = vec![
+            line([[0.0, 0.0], [4.0, 4.0]], [NO_Z; 2], 1),
+            line([[0.0, 4.0], [4.0, 0.0]], [10.0, 30.0], 3),
+            line([[2.0, 0.0], [2.0, 4.0]], [4.0, 8.0], 2),
+            line([[8.0, 0.0], [8.0, 4.0]], [NO_Z; 2], 0),
+            line([[7.0, 1.0], [9.0, 1.0]], [NO_Z; 2], 5),
+        ];
+        for lines in [lines.clone(), lines.iter().rev().map(|&line| reversed(line)).collect()] {
+            let bent = lines.iter().zip(0..).map(|(line, carried)| Bent {
+                ends: line.ends,
+                carried,
+            });
+            let mut pieces: Vec<Bent<u32>> = bent.collect();
+            let done = split::<_, SplitError>(&mut pieces, 100, &[], &mut |_, _| Ok(())).unwrap();
+            let split = SplitLines {
+                lines,
+                pieces,
+                points: done.points,
+                crossings: done.crossings.iter().sum(),
+                borders: Vec::new(),
+                put_right: PutRight::default(),
+            };
+            assert_eq!(split.points, [Point::new(2.0, 2.0), Point::new(8.0, 1.0)]);
+            assert!(matches!(split.z()[..], [6.0, z] if z.is_nan()));
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! Vertices without z.
+
+use std::fmt;
+
+use crate::geometry::Point;
+use crate::store::EdgeSource;
+
+/// What stands for the z of what has none: the z that come are finite.
+pub(crate) const NO_Z: f64 = f64::NAN;
+
+/// A vertex that has no z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct VertexWithoutZ {
+    /// What it is.
+    pub what: WithoutZ,
+    /// Where it lies.
+    pub point: Point,
+    /// The line of the smallest number that ends there or was cut there, if one does.
+    pub line: Option<EdgeSource>,
+}
+
+/// What a vertex without z is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum WithoutZ {
+    /// The point of this record.
+    Point(u64),
+    /// An end of a line.
+    End,
+    /// A point where lines cross each other or borders.
+    Crossing,
+    /// The site of this number.
+    Site(u64),
+}
+
+impl fmt::Display for VertexWithoutZ {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.what, self.line) {
+            (WithoutZ::Point(record), _) => write!(f, "record {record}")?,
+            (WithoutZ::Site(site), _) => write!(f, "site {site}")?,
+            (WithoutZ::End, Some(line)) => write!(f, "an end of {} {}", line.kind(), line.number())?,
+            (WithoutZ::End, None) => write!(f, "an end of a line")?,
+            (WithoutZ::Crossing, _) => write!(f, "a point where lines cross")?,
+        }
+        write!(f, " at ({}, {})", self.point.x, self.point.y)
+    }
+}

@@ -1,0 +1,120 @@
+//! Why a file could not be edited.
+
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::constraints::polygons::check::InvertedPolygons;
+use crate::geometry::Point;
+use crate::shown;
+use crate::store::{EdgeSource, ReadError};
+
+/// Why a file could not be edited. It is as it was.
+#[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum EditError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Read(ReadError),
+    /// The system refused.
+    #[error("{file}: cannot {what} it", file = shown::path(file))]
+    Io {
+        /// The file.
+        file: PathBuf,
+        /// What was to be done.
+        what: &'static str,
+        /// What the system says.
+        source: Arc<io::Error>,
+    },
+    /// Somebody else edits it.
+    #[error("{file}: somebody else is changing it; try again later", file = shown::path(.0))]
+    Busy(PathBuf),
+    /// The end of a line lies outside the hull of the file's vertices.
+    #[error("a line has an end at ({x}, {y}), outside the hull of the file's vertices; build it with the line from the start", x = place.x, y = place.y)]
+    Outside {
+        /// The number of the line.
+        line: u64,
+        /// The end.
+        place: Point,
+    },
+    /// The ends of lines would make a tile too large.
+    #[error(
+        "with the ends of lines, a tile would have {vertices} vertices, and {most} are the most; build the file with the lines from the start"
+    )]
+    TooMany {
+        /// Vertices that it would have.
+        vertices: u64,
+        /// The most that it may have.
+        most: u64,
+    },
+    /// Ends of lines have no z, and the file's vertices have.
+    #[error(
+        "an end at ({}, {}) has no z, and no vertex lies there; {count} ends would get z = 0, and the file has z; give z to \
+         all, or allow that they get z = 0 (--missing-z zero)",
+        point.x, point.y
+    )]
+    NoZ {
+        /// The number of the line of the first one, in the order of the lines.
+        line: u64,
+        /// That end.
+        point: Point,
+        /// How many vertices would have no z.
+        count: u64,
+    },
+    /// A line crosses a constraint.
+    #[error(
+        "a line crosses a constraint: from ({}, {}) to ({}, {}), and from ({}, {}) to ({}, {}); let them meet in a vertex",
+        piece[0].x, piece[0].y, piece[1].x, piece[1].y, edge[0].x, edge[0].y, edge[1].x, edge[1].y
+    )]
+    Crossed {
+        /// The line.
+        line: EdgeSource,
+        /// The line that the constraint comes from.
+        other: Option<EdgeSource>,
+        /// The part of the line that is in the way.
+        piece: [Point; 2],
+        /// The constraint that it crosses.
+        edge: [Point; 2],
+    },
+    /// A ring of an obstacle does not close.
+    #[error("a ring of an obstacle does not close")]
+    OpenRing {
+        /// The number of the ring.
+        line: u64,
+    },
+    /// Polygons are inside out.
+    #[error(
+        "it is inside out at ({}, {}): a hole of it lies outside of it or in another of its holes, or a ring of it runs round \
+         there the other way; {} polygons are inside out",
+        .0.first.point.x, .0.first.point.y, .0.polygons
+    )]
+    Inverted(InvertedPolygons),
+    /// A batch does not tell of all segments which polygon they are of.
+    #[error("a batch has {segments} segments by their ends, and {polygons} numbers of polygons")]
+    PolygonNumbers {
+        /// Segments by their ends.
+        segments: usize,
+        /// Numbers of polygons.
+        polygons: usize,
+    },
+    /// There are segments between record numbers, which a file does not know any more.
+    #[error("the ends of segments are given as record numbers; a file can be changed by coordinates only")]
+    Records,
+    /// More memory is needed.
+    #[error("this takes {needed} MiB of memory at least, and {allowed} MiB are allowed; allow more", needed = needed.div_ceil(1 << 20), allowed = allowed >> 20)]
+    Memory {
+        /// Bytes needed.
+        needed: u64,
+        /// Bytes allowed.
+        allowed: u64,
+    },
+    /// The file has no triangles that lines could cross.
+    #[error("{file}: it has no triangles, since all its vertices lie on one line; build it with the lines", file = shown::path(.0))]
+    NoTriangles(PathBuf),
+    /// It was cancelled.
+    #[error("cancelled")]
+    Cancelled,
+    /// A defect of the program.
+    #[error("internal error: {0}")]
+    Internal(String),
+}

@@ -1,0 +1,210 @@
+//! Triangles of several tiles that are taken out together, and others in their place.
+//!
+//! Corners and sides are numbered within the patch, once for all tiles, and what lies side by side in it is known by these numbers. So a
+//! tile has little to look for: where its old triangles are, unless that was noted when they were found.
+
+use foldhash::{HashMap, HashMapExt};
+
+use crate::edit::error::EditError;
+use crate::edit::tiles::Tiles;
+use crate::mesh::NONE;
+use crate::store::{TileId, Vertex, VertexId};
+
+/// A patch: triangles on their way out and in. Side s of the triangle at place t is number 3 t + s, of old and of new ones.
+#[derive(Default)]
+pub(crate) struct Patch {
+    pub(crate) vertices: Vec<Vertex>,
+    numbers: HashMap<VertexId, u32>,
+    pub(crate) old: Vec<Old>,
+    pub(crate) new: Vec<New>,
+    /// The tiles of the vertices, and the triangles that each of them has, which are those with a corner in it.
+    shares: Vec<Share>,
+    /// Keeps its memory.
+    at: Seats,
+}
+
+/// A triangle on its way out.
+pub(crate) struct Old {
+    /// Their numbers.
+    pub(crate) corners: [u32; 3],
+    /// The bits of its sides.
+    pub(crate) bits: u8,
+    /// Its first side in a tile that has it. That number is good only until the tile leaves the cache.
+    pub(crate) found: (TileId, u32),
+    /// For each side the new side on the same edge, or [`NONE`] inside the patch.
+    pub(crate) follower: [u32; 3],
+}
+
+/// A triangle on its way in.
+pub(crate) struct New {
+    /// Their numbers.
+    pub(crate) corners: [u32; 3],
+    /// The bits of its sides.
+    pub(crate) bits: u8,
+    /// What lies across each side.
+    pub(crate) across: [Beside; 3],
+}
+
+/// What lies across a side of a new triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Beside {
+    /// This side of a new triangle.
+    New(u32),
+    /// What lay across this side of an old one.
+    Old(u32),
+    /// The outside, where no old triangle had an edge.
+    Hull,
+}
+
+/// What one tile has of a patch.
+pub(crate) struct Share {
+    pub(crate) tile: TileId,
+    pub(crate) old: Vec<u32>,
+    pub(crate) new: Vec<u32>,
+}
+
+/// Where a tile has the triangles of a patch.
+#[derive(Default)]
+pub(crate) struct Seats {
+    /// For each old triangle its first side, or [`NONE`], and what the tile says of the other side of its three.
+    pub(crate) old: Vec<u32>,
+    pub(crate) across: Vec<[u32; 3]>,
+    /// For each new one its first side, or [`NONE`].
+    pub(crate) new: Vec<u32>,
+}
+
+impl Seats {
+    fn prepare(&mut self, patch: &Patch) {
+        self.old.clear();
+        self.old.resize(patch.old.len(), NONE);
+        self.across.clear();
+        self.across.resize(patch.old.len(), [NONE; 3]);
+        self.new.clear();
+        self.new.resize(patch.new.len(), NONE);
+    }
+
+    /// Forgets the tile that it was for.
+    fn clear(&mut self, share: &Share) {
+        share.old.iter().for_each(|&old| self.old[old as usize] = NONE);
+        share.new.iter().for_each(|&new| self.new[new as usize] = NONE);
+    }
+}
+
+impl Share {
+    fn of(tile: TileId) -> Self {
+        Self {
+            tile,
+            old: Vec::new(),
+            new: Vec::new(),
+        }
+    }
+}
+
+impl Old {
+    pub(crate) fn new(corners: [u32; 3], bits: u8, found: (TileId, u32)) -> Self {
+        Self {
+            corners,
+            bits,
+            found,
+            follower: [NONE; 3],
+        }
+    }
+}
+
+impl Patch {
+    pub(crate) fn clear(&mut self) {
+        self.vertices.clear();
+        self.numbers.clear();
+        self.old.clear();
+        self.new.clear();
+    }
+
+    /// The number of a vertex, and whether it is a new one.
+    pub(crate) fn number(&mut self, vertex: Vertex) -> (u32, bool) {
+        let next = self.vertices.len() as u32;
+        let number = *self.numbers.entry(vertex.id).or_insert(next);
+        if number == next {
+            self.vertices.push(vertex);
+        }
+        (number, number == next)
+    }
+
+    pub(crate) fn ids(&self, corners: [u32; 3]) -> [VertexId; 3] {
+        corners.map(|corner| self.vertices[corner as usize].id)
+    }
+
+    /// Puts the new triangles in the place of the old ones, in all tiles that have some of them.
+    pub(crate) fn exchange(&mut self, tiles: &mut Tiles) -> Result<(), EditError> {
+        self.find_followers();
+        self.share_out();
+        let mut at = std::mem::take(&mut self.at);
+        at.prepare(self);
+        let mut unlinked = Vec::new();
+        for share in &self.shares {
+            let id = share.tile;
+            let replaced = tiles.change(id)?.replace(self, share, &mut at);
+            let open = replaced.map_err(|reason| tiles.damaged(id, reason))?;
+            unlinked.extend(open.into_iter().map(|open| (id, open)));
+            at.clear(share);
+        }
+        self.at = at;
+        // Edges between two vertices of other tiles: these know what lies across.
+        for (id, open) in unlinked {
+            let [from, to, _] = open;
+            let other = tiles.get(from.tile)?;
+            let Some(side) = other.side_between(to, from) else {
+                continue;
+            };
+            let apex = other.from(crate::mesh::prev_side(side)).id;
+            drop(other);
+            if apex.tile == id {
+                let linked = tiles.change(id)?.link(open, apex);
+                linked.map_err(|reason| tiles.damaged(id, reason))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn find_followers(&mut self) {
+        for (new, first) in self.new.iter().zip((0u32..).step_by(3)) {
+            for (across, side) in new.across.iter().zip(first..) {
+                if let &Beside::Old(old) = across {
+                    self.old[(old / 3) as usize].follower[(old % 3) as usize] = side;
+                }
+            }
+        }
+    }
+
+    /// Finds out which tile has which triangles.
+    fn share_out(&mut self) {
+        let mut shares: Vec<Share> = Vec::new();
+        let mut share_of: HashMap<TileId, usize> = HashMap::new();
+        let mut of_vertex: Vec<usize> = Vec::with_capacity(self.vertices.len());
+        for vertex in &self.vertices {
+            let tile = vertex.id.tile;
+            // Mostly that of the vertex before.
+            let last = of_vertex.last().copied().filter(|&share| shares[share].tile == tile);
+            let share = last.unwrap_or_else(|| {
+                *share_of.entry(tile).or_insert_with(|| {
+                    shares.push(Share::of(tile));
+                    shares.len() - 1
+                })
+            });
+            of_vertex.push(share);
+        }
+        let shares_of = |corners: [u32; 3]| {
+            let [a, b, c] = corners.map(|corner| of_vertex[corner as usize]);
+            [Some(a), (b != a).then_some(b), (c != a && c != b).then_some(c)]
+                .into_iter()
+                .flatten()
+        };
+        for (old, number) in self.old.iter().zip(0..) {
+            shares_of(old.corners).for_each(|share| shares[share].old.push(number));
+        }
+        for (new, number) in self.new.iter().zip(0..) {
+            shares_of(new.corners).for_each(|share| shares[share].new.push(number));
+        }
+        shares.sort_unstable_by_key(|share| share.tile);
+        self.shares = shares;
+    }
+}

@@ -1,0 +1,322 @@
+//! The regions of a file that was edited: all tiles are passed over, and what lies side by side is joined.
+//!
+//! In: the tiles, in order, twice. Out: of each triangle its region, by how many obstacles it is covered, and whether it is in a
+//! hole. As in a [build](crate::pipeline::finish::regions), but here the nodes that are joined are the parts of a tile that no constraint
+//! passes through. A triangle that stands in several tiles joins parts of these; it is remembered until the last one has come.
+//!
+//! Regions keep the numbers that they had, as far as these are still free, so that tiles that nothing has happened to need not
+//! be written again.
+
+use foldhash::{HashMap, HashMapExt};
+
+use crate::collections::union_find::{UnionFind, WeightedUnionFind};
+use crate::constraints::seeds::{HoleRules, Seeds};
+use crate::edit::error::EditError;
+use crate::edit::tile::EditTile;
+use crate::mesh::{NONE, next_side};
+use crate::store::{Across, Component, EdgeSource, Metadata, Tile, TileId, VertexId};
+
+/// The parts of a tile: for each place of a triangle its part, and how many there are.
+pub(crate) struct Parts {
+    of_places: Vec<u32>,
+    count: u32,
+}
+
+impl Parts {
+    /// Finds them. They are numbered by their first triangles.
+    pub(crate) fn of(tile: &EditTile) -> Self {
+        let (order, _) = tile.in_order();
+        let mut sets = UnionFind::new(tile.places() as u32);
+        for &place in &order {
+            for side in 3 * place..3 * place + 3 {
+                if let Across::Side(other) = tile.across(side)
+                    && other < side
+                    && !tile.is_constraint(side)
+                {
+                    sets.union(place, other / 3);
+                }
+            }
+        }
+        let mut this = Self {
+            of_places: vec![NONE; tile.places()],
+            count: 0,
+        };
+        let mut of_sets = vec![NONE; tile.places()];
+        for &place in &order {
+            let set = sets.find(place) as usize;
+            if of_sets[set] == NONE {
+                of_sets[set] = this.count;
+                this.count += 1;
+            }
+            this.of_places[place as usize] = of_sets[set];
+        }
+        this
+    }
+}
+
+/// What is known of a region so far.
+#[derive(Clone, Copy, Default)]
+struct Marks {
+    /// Whether it may lie in several tiles.
+    is_spanning: bool,
+    is_seeded: bool,
+    reaches_hull: bool,
+}
+
+/// Joins parts: takes all tiles in order.
+pub(crate) struct Joining {
+    /// The outside is number 0.
+    regions: UnionFind,
+    depths: WeightedUnionFind,
+    marks: Vec<Marks>,
+    /// The number that each part's region had.
+    had: Vec<u64>,
+    /// The first part of each tile.
+    first: Vec<u32>,
+    /// Triangles of several tiles that some have not come of: a part of theirs, and how many tiles are left.
+    waiting: HashMap<[VertexId; 3], (u32, u8)>,
+    seeds: Seeds,
+    rules: HoleRules,
+    pub(crate) constraint_edges: u64,
+}
+
+impl Joining {
+    /// Bytes that each part takes.
+    pub(crate) const BYTES: u64 = 32;
+
+    pub(crate) fn new(metadata: &Metadata) -> Self {
+        Self {
+            regions: UnionFind::new(1),
+            depths: WeightedUnionFind::new(1),
+            marks: vec![Marks::default()],
+            had: vec![0],
+            first: Vec::new(),
+            waiting: HashMap::new(),
+            seeds: Seeds::new(metadata.seeds.clone()),
+            rules: HoleRules {
+                has_holes: true,
+                exterior: metadata.exterior_is_hole,
+            },
+            constraint_edges: 0,
+        }
+    }
+
+    /// Bytes that it takes in memory.
+    pub(crate) fn byte_size(&self) -> u64 {
+        self.marks.len() as u64 * Self::BYTES + 64 * self.waiting.len() as u64
+    }
+
+    /// Takes the next tile; `before` is the tile as it was, if it is not changed.
+    ///
+    /// An error is a ring that does not close: the line of an edge of it.
+    pub(crate) fn take(&mut self, tile: &EditTile, parts: &Parts, before: Option<&Tile>) -> Result<(), EditError> {
+        let first = self.marks.len() as u32;
+        self.first.push(first);
+        let end = first
+            .checked_add(parts.count)
+            .ok_or_else(|| EditError::Internal("too many parts".to_owned()))?;
+        self.regions.grow(parts.count);
+        self.depths.grow(parts.count);
+        self.marks.resize(end as usize, Marks::default());
+        self.had.resize(end as usize, u64::MAX);
+        let node = |place: u32| first + parts.of_places[place as usize];
+        let (order, core_count) = tile.in_order();
+        if let Some(before) = before {
+            // The places of a tile that is not changed are its triangles.
+            for &place in &order {
+                let had = &mut self.had[node(place) as usize];
+                *had = (*had).min(before.region(place));
+            }
+        }
+        for &place in &order[core_count..] {
+            self.join_across_tiles(tile, place, node(place));
+        }
+        self.seed(tile, &order, node);
+        for &place in &order {
+            for side in (3 * place..3 * place + 3).filter(|&side| tile.across(side) == Across::Hull) {
+                if !tile.is_constraint(side) {
+                    self.marks[node(place) as usize].reaches_hull = true;
+                    // Where nothing parts them, the region is as deep as the outside.
+                    self.deepen([node(place), 0], 0, None)?;
+                }
+            }
+        }
+        for (side, sources) in tile.owned_constraints() {
+            self.constraint_edges += 1;
+            let left = node(side / 3);
+            let right = match tile.across(side) {
+                Across::Side(other) => node(other / 3),
+                Across::Hull | Across::Elsewhere => 0,
+            };
+            // They are as seen from the smaller corner.
+            let is_against = tile.origin(side) > tile.origin(next_side(side));
+            let change: i32 = sources.iter().map(|source| source.depth_change()).sum();
+            self.deepen(
+                [left, right],
+                if is_against { -change } else { change },
+                sources.first().copied(),
+            )?;
+        }
+        Ok(())
+    }
+
+    fn deepen(&mut self, [left, right]: [u32; 2], change: i32, source: Option<EdgeSource>) -> Result<(), EditError> {
+        if self.depths.union(left, right, change) {
+            return Ok(());
+        }
+        Err(EditError::OpenRing {
+            line: source.map_or(0, |source| source.number()),
+        })
+    }
+
+    /// Joins the parts of several tiles that a triangle of theirs is of.
+    fn join_across_tiles(&mut self, tile: &EditTile, place: u32, node: u32) {
+        let (corners, _) = tile.triangle(3 * place);
+        let mut ids = corners.map(|vertex| vertex.id);
+        if ids.iter().all(|id| id.tile == tile.id) {
+            return;
+        }
+        self.marks[node as usize].is_spanning = true;
+        ids.sort_unstable();
+        let more_tiles = 1 + u8::from(ids[0].tile != ids[1].tile && ids[1].tile != ids[2].tile);
+        let Some((other, left)) = self.waiting.get_mut(&ids) else {
+            self.waiting.insert(ids, (node, more_tiles));
+            return;
+        };
+        let other = *other;
+        *left -= 1;
+        if *left == 0 {
+            self.waiting.remove(&ids);
+        }
+        self.regions.union(node, other);
+        // They are parts of one region.
+        self.depths.union(node, other, 0);
+    }
+
+    fn seed(&mut self, tile: &EditTile, order: &[u32], node: impl Fn(u32) -> u32) {
+        if self.seeds.is_empty() {
+            return;
+        }
+        for &place in order {
+            let (corners, _) = tile.triangle(3 * place);
+            if self.seeds.any_in(corners.map(|vertex| vertex.point)) {
+                self.marks[node(place) as usize].is_seeded = true;
+            }
+        }
+    }
+
+    /// Numbers the regions, of which there were so many, and so many that might lie in several tiles.
+    pub(crate) fn finish(mut self, metadata: &Metadata) -> Result<Labels, EditError> {
+        if !self.waiting.is_empty() {
+            return Err(EditError::Internal(
+                "a triangle is missing in one of its tiles".to_owned(),
+            ));
+        }
+        let nodes = self.marks.len() as u32;
+        let mut roots = Vec::new();
+        for node in 1..nodes {
+            let root = self.regions.find(node);
+            if root == node {
+                roots.push(root);
+                continue;
+            }
+            let marks = self.marks[node as usize];
+            let of_root = &mut self.marks[root as usize];
+            of_root.is_spanning |= marks.is_spanning;
+            of_root.is_seeded |= marks.is_seeded;
+            of_root.reaches_hull |= marks.reaches_hull;
+            self.had[root as usize] = self.had[root as usize].min(self.had[node as usize]);
+        }
+        let numbers = numbered(&roots, &self.marks, &self.had, metadata);
+        let mut of_regions = vec![Component::default(); nodes as usize];
+        let mut labels = Labels {
+            first: self.first,
+            of_parts: Vec::new(),
+            regions: roots.len() as u64,
+            spanning: numbers.spanning,
+            hole_regions: 0,
+        };
+        let (_, outside) = self.depths.find(0);
+        for (&root, &region) in roots.iter().zip(&numbers.of_roots) {
+            let depth = self.depths.find(root).1 - outside;
+            let marks = self.marks[root as usize];
+            let is_hole = self.rules.is_hole(depth, marks.is_seeded, marks.reaches_hull);
+            labels.hole_regions += u64::from(is_hole);
+            of_regions[root as usize] = Component { region, depth, is_hole };
+        }
+        labels.of_parts = (0..nodes)
+            .map(|node| of_regions[self.regions.find(node) as usize])
+            .collect();
+        Ok(labels)
+    }
+}
+
+struct Numbers {
+    of_roots: Vec<u64>,
+    spanning: u64,
+}
+
+/// Numbers regions: those that may lie in several tiles first; each keeps the number that it had, where that can be.
+fn numbered(roots: &[u32], marks: &[Marks], had: &[u64], metadata: &Metadata) -> Numbers {
+    let count = roots.len() as u64;
+    let spanning_now = roots.iter().filter(|&&root| marks[root as usize].is_spanning).count() as u64;
+    let spanning = spanning_now.max(metadata.spanning_regions.min(count));
+    let mut is_taken = vec![false; roots.len()];
+    let mut of_roots = vec![u64::MAX; roots.len()];
+    for (&root, number) in roots.iter().zip(&mut of_roots) {
+        let wanted = had[root as usize];
+        let fits = wanted < count && (wanted < spanning || !marks[root as usize].is_spanning);
+        if fits && !is_taken[wanted as usize] {
+            is_taken[wanted as usize] = true;
+            *number = wanted;
+        }
+    }
+    // Those that span take what is free first; it must be among the first numbers, from which others may have to go.
+    let mut low = 0;
+    let mut displaced = Vec::new();
+    let mut holder: HashMap<u64, usize> = HashMap::new();
+    for (place, &number) in of_roots.iter().enumerate() {
+        if number < spanning && !marks[roots[place] as usize].is_spanning {
+            holder.insert(number, place);
+        }
+    }
+    for place in 0..roots.len() {
+        if of_roots[place] != u64::MAX || !marks[roots[place] as usize].is_spanning {
+            continue;
+        }
+        while low < spanning && is_taken[low as usize] && !holder.contains_key(&low) {
+            low += 1;
+        }
+        if let Some(other) = holder.remove(&low) {
+            displaced.push(other);
+        }
+        is_taken[low as usize] = true;
+        of_roots[place] = low;
+        low += 1;
+    }
+    for &place in &displaced {
+        of_roots[place] = u64::MAX;
+    }
+    let mut free = (0..count).filter(|&number| !is_taken[number as usize]);
+    for number in of_roots.iter_mut().filter(|number| **number == u64::MAX) {
+        *number = free.next().unwrap_or(u64::MAX);
+    }
+    Numbers { of_roots, spanning }
+}
+
+/// What is true of the regions of all triangles.
+pub(crate) struct Labels {
+    first: Vec<u32>,
+    of_parts: Vec<Component>,
+    pub(crate) regions: u64,
+    pub(crate) spanning: u64,
+    pub(crate) hole_regions: u64,
+}
+
+impl Labels {
+    /// Of a triangle of a tile.
+    pub(crate) fn of(&self, tile: TileId, parts: &Parts, place: u32) -> Component {
+        let node = self.first[tile.0 as usize] + parts.of_places[place as usize];
+        self.of_parts[node as usize]
+    }
+}

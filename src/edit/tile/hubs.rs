@@ -1,0 +1,109 @@
+//! The edges of vertices that have many, by their ends.
+//!
+//! Thousands of lines may share a vertex. To go round it for each of them would take time with the square of their number.
+
+use foldhash::{HashMap, HashSet};
+
+use crate::mesh::NONE;
+
+/// A vertex with more triangles than this is a hub. To go round others is faster than to keep an index of their edges.
+pub(crate) const MOST_AROUND: u32 = 64;
+
+/// How many triangles each vertex of a tile has, and the sides at those that have many.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Hubs {
+    degrees: Vec<u32>,
+    hubs: HashSet<u32>,
+    /// The side from one corner to another, one of which is a hub.
+    sides: HashMap<[u32; 2], u32>,
+}
+
+impl Hubs {
+    /// Of a tile with this number of vertices. Triangles whose corners are [`NONE`] are none.
+    pub(crate) fn of(vertices: usize, triangles: &[[u32; 3]]) -> Self {
+        let mut this = Self {
+            degrees: vec![0; vertices],
+            ..Self::default()
+        };
+        for &corner in triangles.as_flattened() {
+            if let Some(degree) = this.degrees.get_mut(corner as usize) {
+                *degree += 1;
+            }
+        }
+        let hubs = (0..).zip(&this.degrees).filter(|(_, degree)| **degree > MOST_AROUND);
+        this.hubs = hubs.map(|(vertex, _)| vertex).collect();
+        if !this.hubs.is_empty() {
+            for (&corners, first) in triangles.iter().zip((0u32..).step_by(3)) {
+                this.enter(corners, first);
+            }
+        }
+        this
+    }
+
+    /// Bytes that it takes in memory, about.
+    pub(crate) fn byte_size(&self) -> usize {
+        4 * self.degrees.len() + 24 * self.sides.len()
+    }
+
+    /// The number of triangles at a vertex of the tile.
+    pub(crate) fn degree(&self, vertex: u32) -> u32 {
+        self.degrees.get(vertex as usize).copied().unwrap_or(0)
+    }
+
+    /// Whether a corner is a hub, so that [`side`](Self::side) knows its edges.
+    pub(crate) fn has(&self, corner: u32) -> bool {
+        self.hubs.contains(&corner)
+    }
+
+    /// Whether a corner is a vertex of the tile with as many triangles as a hub, but is none yet.
+    pub(crate) fn is_new(&self, corner: u32) -> bool {
+        self.degree(corner) > MOST_AROUND && !self.has(corner)
+    }
+
+    /// The side from one corner to another, one of which is a hub.
+    pub(crate) fn side(&self, ends: [u32; 2]) -> Option<u32> {
+        self.sides.get(&ends).copied()
+    }
+
+    /// Makes a vertex a hub. All its triangles must be entered then.
+    pub(crate) fn make(&mut self, vertex: u32) {
+        self.hubs.insert(vertex);
+    }
+
+    /// Takes a new triangle, by its corners and its first side.
+    pub(crate) fn add(&mut self, corners: [u32; 3], first: u32) {
+        for corner in corners {
+            if let Some(degree) = self.degrees.get_mut(corner as usize) {
+                *degree += 1;
+            }
+        }
+        self.enter(corners, first);
+    }
+
+    /// Forgets a triangle.
+    pub(crate) fn remove(&mut self, corners: [u32; 3]) {
+        for corner in corners {
+            if let Some(degree) = self.degrees.get_mut(corner as usize) {
+                *degree -= 1;
+            }
+        }
+        for (ends, _) in self.of_hubs(corners) {
+            self.sides.remove(&ends);
+        }
+    }
+
+    /// Notes the sides of a triangle that start or end at a hub.
+    pub(crate) fn enter(&mut self, corners: [u32; 3], first: u32) {
+        for (ends, s) in self.of_hubs(corners) {
+            self.sides.insert(ends, first + s);
+        }
+    }
+
+    /// The sides of a triangle that start or end at a hub: their ends and their places.
+    fn of_hubs(&self, corners: [u32; 3]) -> impl Iterator<Item = ([u32; 2], u32)> + use<> {
+        let [a, b, c] = corners;
+        let is_hub = corners.map(|corner| corner != NONE && self.has(corner));
+        let sides = [([a, b], 0), ([b, c], 1), ([c, a], 2)].into_iter();
+        sides.filter(move |(_, s)| is_hub[*s as usize] || is_hub[(*s as usize + 1) % 3])
+    }
+}

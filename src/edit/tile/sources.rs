@@ -1,0 +1,77 @@
+//! Why edges of a tile are constraints: the lines that run along them.
+
+use crate::edit::tile::EditTile;
+use crate::mesh::next_side;
+use crate::store::{EdgeSource, Tile, VertexId};
+
+impl EditTile {
+    /// Takes over those of a tile.
+    pub(crate) fn load_sources(&mut self, tile: &Tile) {
+        for side in tile.owned_constraints() {
+            let ends = [side, next_side(side)].map(|side| tile.origin(side));
+            let (ends, is_turned) = in_order(ends);
+            let seen = |source: EdgeSource| if is_turned { source.reversed() } else { source };
+            let sources: Vec<EdgeSource> = tile.edge_sources(side).map(seen).collect();
+            self.source_count += sources.len();
+            self.sources.insert(ends, sources);
+        }
+    }
+
+    /// Notes why an edge of the tile is a constraint, as seen from its first end, at least so many times.
+    pub(crate) fn add_source(&mut self, ends: [VertexId; 2], source: EdgeSource, times: usize) -> Option<()> {
+        let [from, to] = ends.map(|id| self.corner(id));
+        let (ends, is_turned) = in_order([from?, to?]);
+        let source = if is_turned { source.reversed() } else { source };
+        let sources = self.sources.entry(ends).or_default();
+        let there = sources.iter().filter(|other| **other == source).count();
+        let missing = times.saturating_sub(there);
+        sources.extend(std::iter::repeat_n(source, missing));
+        self.source_count += missing;
+        sources.sort_unstable();
+        Some(())
+    }
+
+    /// The sources of a side's edge, as seen from its smaller corner; none if it belongs to another tile.
+    pub(crate) fn sources_of(&self, side: u32) -> &[EdgeSource] {
+        let (ends, _) = in_order([side, next_side(side)].map(|side| self.origin(side)));
+        self.sources.get(&ends).map_or(&[], Vec::as_slice)
+    }
+
+    /// Takes out the sources of an edge of the tile, as seen from its first end.
+    pub(crate) fn take_sources(&mut self, ends: [VertexId; 2]) -> Option<Vec<EdgeSource>> {
+        let [from, to] = ends.map(|id| self.corner(id));
+        let (ends, is_turned) = in_order([from?, to?]);
+        let sources = self.sources.remove(&ends)?;
+        self.source_count -= sources.len();
+        let sources = sources.into_iter();
+        Some(match is_turned {
+            true => sources.map(EdgeSource::reversed).collect(),
+            false => sources.collect(),
+        })
+    }
+
+    /// Notes why an edge of the tile is a constraint, as seen from its first end.
+    pub(crate) fn give_sources(&mut self, ends: [VertexId; 2], sources: &[EdgeSource]) -> Option<()> {
+        let [from, to] = ends.map(|id| self.corner(id));
+        let (ends, is_turned) = in_order([from?, to?]);
+        let seen = |&source: &EdgeSource| if is_turned { source.reversed() } else { source };
+        let all = self.sources.entry(ends).or_default();
+        all.extend(sources.iter().map(seen));
+        self.source_count += sources.len();
+        all.sort_unstable();
+        Some(())
+    }
+
+    /// Constraint edges that belong to the tile, and their sources as seen along a side of each.
+    pub(crate) fn owned_constraints(&self) -> impl Iterator<Item = (u32, &[EdgeSource])> {
+        self.sources.iter().filter_map(|(&[from, to], sources)| {
+            let side = self.side_along([from, to]).or_else(|| self.side_along([to, from]))?;
+            Some((side, sources.as_slice()))
+        })
+    }
+}
+
+/// The smaller corner first; and whether they changed places.
+fn in_order([a, b]: [u32; 2]) -> ([u32; 2], bool) {
+    if a <= b { ([a, b], false) } else { ([b, a], true) }
+}

@@ -1,0 +1,241 @@
+//! Puts new vertices into the triangulation: ends of lines where the file has no vertex yet.
+//!
+//! The triangles whose circumdisc holds a vertex, and which no constraint hides from it, go: its *cavity*. The edges around this
+//! and the vertex make those that take their place (Bowyer, Watson, both in The Computer Journal 24, 1981). With constraints too, the
+//! result is the triangulation of all vertices and constraints, whatever the order. A vertex on a constraint parts it.
+
+use foldhash::{HashMap, HashSet};
+
+use crate::edit::error::EditError;
+use crate::edit::patch::{Beside, New, Old, Patch};
+use crate::edit::tile::NewVertex;
+use crate::edit::tiles::{Pin, Tiles};
+use crate::geometry::{MortonSquare, Orientation, Point, Rect, in_circle, orient2d};
+use crate::mesh::{WALLS, next_side, prev_side};
+use crate::pipeline::options::BuildOptions;
+use crate::store::{TileId, Vertex, VertexId};
+
+/// Adds vertices to a tile, none of which is there yet.
+pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Result<(), EditError> {
+    let has_z = tiles.directory().metadata.has_z;
+    // One after the other, so that the way from each to the next is short.
+    let square = MortonSquare::around(Rect::around(new.iter().map(|vertex| vertex.point)));
+    new.sort_by_key(|vertex| square.key(vertex.point));
+    let tile = tiles.get(id)?;
+    let near = tile.points().iter().zip(0u32..).min_by(|(a, _), (b, _)| {
+        let to = |p: &Point| (p.x - new[0].point.x).abs() + (p.y - new[0].point.y).abs();
+        to(a).total_cmp(&to(b))
+    });
+    let near = near.map(|(_, index)| index);
+    let (vertices, most) = (tile.points().len() + new.len(), BuildOptions::MAX_TILE_VERTICES);
+    drop(tile);
+    if vertices > most {
+        let [vertices, most] = [vertices, most].map(|count| count as u64);
+        return Err(EditError::TooMany { vertices, most });
+    }
+    let first = tiles.change(id)?.add_vertices(&new, has_z);
+    let Some(mut from) = near else {
+        return Err(tiles.damaged(id, "it has no vertices"));
+    };
+    let mut adding = Adding::default();
+    for (&NewVertex { point, line, .. }, index) in new.iter().zip(first..) {
+        let vertex = Vertex {
+            id: VertexId { tile: id, index },
+            point,
+        };
+        let Some(place) = locate(tiles, VertexId { tile: id, index: from }, point)? else {
+            return Err(EditError::Outside { line, place: point });
+        };
+        adding.add(tiles, vertex, place)?;
+        from = index;
+    }
+    Ok(())
+}
+
+/// The triangle, open or closed, that a point lies in: one of its sides, in this tile. None: it lies outside the hull.
+fn locate(tiles: &Tiles, from: VertexId, to: Point) -> Result<Option<(Pin, u32)>, EditError> {
+    let mut tile = tiles.get(from.tile)?;
+    let Some(mut side) = tile.around(from.index).next() else {
+        return Err(tiles.damaged(from.tile, format!("vertex {} has no triangle", from.index)));
+    };
+    // A walk may go in circles where constraints are, if it always looks at the sides in the same order.
+    let mut steps = 4 * tiles.directory().metadata.triangles + 1000;
+    loop {
+        steps = match steps.checked_sub(1) {
+            Some(steps) => steps,
+            None => return Err(tiles.damaged(tile.id, "a walk goes in circles")),
+        };
+        let turn = steps.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 62;
+        let sides = match turn {
+            0 => [side, next_side(side), prev_side(side)],
+            1 => [next_side(side), prev_side(side), side],
+            _ => [prev_side(side), side, next_side(side)],
+        };
+        let is_beyond = |&side: &u32| {
+            let [from, to_end] = [side, next_side(side)].map(|side| tile.from(side).point);
+            orient2d(from, to_end, to) == Orientation::Clockwise
+        };
+        let Some(exit) = sides.into_iter().find(is_beyond) else {
+            return Ok(Some((tile, side)));
+        };
+        match tiles.over(tile, exit)? {
+            Some(there) => (tile, side) = there,
+            None => return Ok(None),
+        }
+    }
+}
+
+/// Adds vertices. Keeps its memory from one to the next.
+#[derive(Default)]
+struct Adding {
+    cavity: Patch,
+    seen: HashSet<[VertexId; 3]>,
+    /// Edges around the cavity, which lies on their left.
+    around: Vec<Around>,
+    /// The ends of the hull edge that the vertex lies on, if there is one.
+    on_hull: Option<[u32; 2]>,
+}
+
+/// An edge around a cavity, by numbers of the patch: its ends, the bits of a side, and the old side.
+#[derive(Clone, Copy)]
+struct Around {
+    ends: [u32; 2],
+    bits: u8,
+    side: u32,
+}
+
+/// An edge that a vertex lies on: its ends, and the bits of a side.
+type Parted = ([Vertex; 2], u8);
+
+impl Adding {
+    /// Puts a vertex into the closed triangle of a side.
+    fn add(&mut self, tiles: &mut Tiles, vertex: Vertex, start: (Pin, u32)) -> Result<(), EditError> {
+        let parted = self.dig(tiles, vertex.point, start)?;
+        let on_constraint = parted.filter(|(_, bits)| bits & 1 == 1);
+        let Self {
+            cavity,
+            around,
+            on_hull,
+            ..
+        } = self;
+        let (middle, _) = cavity.number(vertex);
+        // The triangles that start with a vertex, and those that go on to it.
+        let leaving: HashMap<u32, u32> = around.iter().map(|edge| edge.ends[0]).zip(0..).collect();
+        let arriving: HashMap<u32, u32> = around.iter().map(|edge| edge.ends[1]).zip(0..).collect();
+        for &Around { ends, bits, side } in &*around {
+            let [from, to] = ends;
+            let [from_point, to_point] = ends.map(|end| cavity.vertices[end as usize].point);
+            let [before, after] = [arriving.get(&from), leaving.get(&to)];
+            let is_sound = orient2d(from_point, to_point, vertex.point) == Orientation::CounterClockwise
+                && leaving.len() == around.len()
+                && (before.is_some() || on_hull.is_some_and(|[_, end]| end == from))
+                && (after.is_some() || on_hull.is_some_and(|[end, _]| end == to));
+            if !is_sound {
+                let reason = "triangles around a new vertex do not fit together";
+                return Err(tiles.damaged(vertex.id.tile, reason));
+            }
+            let bits_to = |end: u32, side: u8| match on_constraint {
+                Some((ends, bits)) if ends.iter().any(|parted| parted.id == cavity.vertices[end as usize].id) => {
+                    bits << side
+                }
+                _ => 0,
+            };
+            let beside = |next: Option<&u32>, side: u32| next.map_or(Beside::Hull, |next| Beside::New(3 * next + side));
+            cavity.new.push(New {
+                corners: [from, to, middle],
+                bits: bits | bits_to(to, 1) | bits_to(from, 2),
+                across: [Beside::Old(side), beside(after, 2), beside(before, 1)],
+            });
+        }
+        cavity.exchange(tiles)?;
+        if let Some((ends, _)) = on_constraint {
+            part_sources(tiles, ends, vertex)?;
+        }
+        Ok(())
+    }
+
+    /// Finds the cavity of a point, from the closed triangle of a side that it lies in; and the edge that it lies on, if there is one.
+    fn dig(&mut self, tiles: &Tiles, point: Point, (tile, side): (Pin, u32)) -> Result<Option<Parted>, EditError> {
+        self.cavity.clear();
+        self.seen.clear();
+        self.around.clear();
+        self.on_hull = None;
+        let mut parted: Option<Parted> = None;
+        let start = tile.triangle(side).0.map(|corner| corner.id);
+        self.seen.insert(turned(start));
+        let mut open = vec![start];
+        drop(tile);
+        while let Some(ids) = open.pop() {
+            let tile = tiles.get(ids[0].tile)?;
+            let Some(first) = tile.side_of(ids) else {
+                return Err(tiles.damaged(ids[0].tile, "a triangle is missing that another tile has"));
+            };
+            let (corners, bits) = tile.triangle(first);
+            let numbers = corners.map(|corner| self.cavity.number(corner).0);
+            let old = 3 * self.cavity.old.len() as u32;
+            self.cavity.old.push(Old::new(numbers, bits, (tile.id, first)));
+            for (s, side) in [first, next_side(first), prev_side(first)].into_iter().enumerate() {
+                let ends = [corners[s], corners[(s + 1) % 3]];
+                let bits = bits >> s & (1 | 1 << WALLS);
+                let around = Around {
+                    ends: [numbers[s], numbers[(s + 1) % 3]],
+                    bits,
+                    side: old + s as u32,
+                };
+                let is_parted = orient2d(ends[0].point, ends[1].point, point) == Orientation::Collinear;
+                if is_parted {
+                    parted = Some((ends, bits));
+                } else if bits & 1 == 1 {
+                    self.around.push(around);
+                    continue;
+                }
+                let tile = tiles.get(ids[0].tile)?;
+                let Some((there, other)) = tiles.over(tile, side)? else {
+                    match is_parted {
+                        true => self.on_hull = Some(around.ends),
+                        false => self.around.push(around),
+                    }
+                    continue;
+                };
+                let corners = there.triangle(other).0;
+                let ids = corners.map(|corner| corner.id);
+                let [a, b, c] = corners.map(|corner| corner.point);
+                if self.seen.contains(&turned(ids)) {
+                    continue;
+                }
+                if is_parted || in_circle(a, b, c, point) {
+                    self.seen.insert(turned(ids));
+                    open.push(ids);
+                } else {
+                    self.around.push(around);
+                }
+            }
+        }
+        Ok(parted)
+    }
+}
+
+/// The corners of a triangle, the smallest first.
+fn turned(ids: [VertexId; 3]) -> [VertexId; 3] {
+    let [a, b, c] = ids;
+    [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or(ids)
+}
+
+/// Both parts of an edge come from where it came from.
+fn part_sources(tiles: &mut Tiles, ends: [Vertex; 2], vertex: Vertex) -> Result<(), EditError> {
+    let [a, b] = ends;
+    let owner = |ends: [Vertex; 2]| match ends[0].point.lex_cmp(ends[1].point).is_lt() {
+        true => ends[0].id.tile,
+        false => ends[1].id.tile,
+    };
+    let absent = "a constraint knows no line that it comes from";
+    let tile = owner(ends);
+    let sources = tiles.change(tile)?.take_sources([a.id, b.id]);
+    let sources = sources.ok_or_else(|| tiles.damaged(tile, absent))?;
+    for part in [[a, vertex], [vertex, b]] {
+        let tile = owner(part);
+        let put = tiles.change(tile)?.give_sources(part.map(|end| end.id), &sources);
+        put.ok_or_else(|| tiles.damaged(tile, absent))?;
+    }
+    Ok(())
+}

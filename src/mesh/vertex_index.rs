@@ -1,0 +1,79 @@
+//! Finds vertices by their places.
+
+use crate::geometry::Point;
+use crate::mesh::NONE;
+
+/// A hash table of points by their coordinates, with open addressing: a leaf looks up both ends of each of its segments.
+#[derive(Debug)]
+pub(crate) struct VertexIndex<'a> {
+    points: &'a [Point],
+    /// The number of a point, or [`NONE`]; twice as many as points at least, and a power of two.
+    slots: Vec<u32>,
+}
+
+impl<'a> VertexIndex<'a> {
+    /// Of distinct points.
+    pub(crate) fn new(points: &'a [Point]) -> Self {
+        let mut this = Self {
+            points,
+            slots: vec![NONE; (2 * points.len()).next_power_of_two().max(2)],
+        };
+        for (&point, number) in points.iter().zip(0..) {
+            let mut slot = this.first_slot(point);
+            while this.slots[slot] != NONE {
+                slot = this.next_slot(slot);
+            }
+            this.slots[slot] = number;
+        }
+        this
+    }
+
+    /// The number of the point at this place.
+    pub(crate) fn at(&self, place: Point) -> Option<u32> {
+        let mut slot = self.first_slot(place);
+        loop {
+            match self.slots[slot] {
+                NONE => return None,
+                number if self.points[number as usize] == place => return Some(number),
+                _ => slot = self.next_slot(slot),
+            }
+        }
+    }
+
+    fn first_slot(&self, point: Point) -> usize {
+        // Coordinates that are small integers differ in their high bits alone: both halves of a product have all of them.
+        let mix = |bits: u64| {
+            let wide = u128::from(bits) * 0x9e37_79b9_7f4a_7c15;
+            (wide >> 64) as u64 ^ wide as u64
+        };
+        let hash = mix(point.y.to_bits() ^ mix(point.x.to_bits() ^ 0x2545_f491_4f6c_dd1d));
+        (hash >> 32) as usize & (self.slots.len() - 1)
+    }
+
+    fn next_slot(&self, slot: usize) -> usize {
+        (slot + 1) & (self.slots.len() - 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_point_is_found_and_no_other() {
+        let grids = [1.0, 1e-30, 4096.0].map(|step: f64| {
+            let places = (0..60).flat_map(move |x| (0..50).map(move |y| (x, y)));
+            places
+                .map(move |(x, y)| Point::new(f64::from(x) * step, f64::from(y) * step))
+                .collect::<Vec<_>>()
+        });
+        for points in grids {
+            let index = VertexIndex::new(&points);
+            for (&point, number) in points.iter().zip(0..) {
+                assert_eq!(index.at(point), Some(number));
+                assert_eq!(index.at(Point::new(point.x, -1.0 - point.y)), None);
+            }
+        }
+        assert_eq!(VertexIndex::new(&[]).at(Point::new(0.0, 0.0)), None);
+    }
+}

@@ -1,0 +1,522 @@
+//! Conquer and merge: what threads do with the tasks of the board, and what is known of the tiles meanwhile.
+
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use bytes::Bytes;
+use parking_lot::Mutex;
+
+use crate::constraints::crossings::first::FirstCrossings;
+use crate::constraints::seeds::HoleRules;
+use crate::constraints::segments::cells::segments_of_leaves;
+use crate::geometry::{Point, Rect};
+use crate::input::MissingZ;
+use crate::io::Buffers;
+use crate::pipeline::conquer::constrain::deferral::Deferral;
+use crate::pipeline::conquer::constrain::{Crossed, Final, Overlaps, Refusal};
+use crate::pipeline::conquer::crossings::{LeafLines, in_leaves};
+use crate::pipeline::conquer::growth::SeamGrowth;
+use crate::pipeline::conquer::leaf::{LeafError, LeafInput, LeafRules, conquer, first_duplicate};
+use crate::pipeline::conquer::merge::merge;
+use crate::pipeline::conquer::node::Workspace;
+use crate::pipeline::conquer::schedule::{BlockPoints, Board, Place, Task};
+use crate::pipeline::error::BuildError;
+use crate::pipeline::ingest::divide::{Division, divide};
+use crate::pipeline::ingest::missing_z::{Firsts, FoundWithoutZ};
+use crate::pipeline::memory::{HELD_WORK_BYTES, SEAM_WORK_BYTES, most_sources, sources_memory};
+use crate::pipeline::options::{BuildOptions, Duplicates, Phase};
+use crate::pipeline::output::border_log::BorderLog;
+use crate::pipeline::output::ordered::{Closed, Ordered};
+use crate::pipeline::output::writer::{Extent, Sender};
+use crate::pipeline::records::{BlockFound, DoneEdge, GENERATION, Nexts, Pending, Seam, TileState};
+use crate::pipeline::resume::journal::FinishedBlock;
+use crate::pipeline::summary::LevelSummary;
+use crate::store::{MAX_TILES, TileId};
+
+/// Conquers leaves and merges seams.
+pub(crate) struct Conquest {
+    pub(crate) board: Board,
+    pub(crate) options: BuildOptions,
+    /// The folder that the border log is spilled to.
+    pub(crate) spill: PathBuf,
+    pub(crate) log: Mutex<BorderLog>,
+    pub(crate) found: Mutex<Found>,
+    pub(crate) limits: ConquestLimits,
+    /// For the cores on their way to the file.
+    pub(crate) buffers: Buffers,
+    pub(crate) rules: LeafRules,
+    pub(crate) holes: HoleRules,
+    /// Segments that are put off until the file is there.
+    pub(crate) deferral: Arc<Deferral>,
+}
+
+/// What conquest must keep to, and what it knows of its input.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ConquestLimits {
+    /// All points.
+    pub(crate) points: u64,
+    /// Bytes that blocks may take, as long as there are any.
+    pub(crate) block_bytes: u64,
+    /// Whether finished blocks go to the journal.
+    pub(crate) has_journal: bool,
+}
+
+/// What tasks have found so far.
+#[derive(Default)]
+pub(crate) struct Found {
+    /// The blocks that were divided, in order.
+    pub(crate) blocks: Vec<BlockFound>,
+    /// Levels of nodes above the blocks.
+    pub(crate) levels: Vec<LevelSummary>,
+    /// Why there is no going on.
+    pub(crate) failed: Option<BuildError>,
+    /// Where they are an error: the first record on an earlier one, after that, and their place.
+    first_duplicate: Option<([u64; 2], Point)>,
+    growth: SeamGrowth,
+    /// Points of the leaves that are done.
+    points_done: u64,
+    /// Segments that cross.
+    crossings: FirstCrossings,
+    /// Vertices that have no z where others have: an error, or those that got 0.
+    pub(crate) without_z: FoundWithoutZ,
+    /// Whether it is an error.
+    lacks_z: bool,
+    /// Two of them that one insertion met.
+    crossed: Option<Crossed>,
+    /// Without triangles: of tiles, the vertex of another one that an edge leads to.
+    pub(crate) next_on_line: Nexts,
+    /// Tiles, and components of theirs that seeds lie in.
+    pub(crate) seeded: Vec<(u32, u32)>,
+    /// When the first block was divided.
+    pub(crate) conquer_began: Option<Instant>,
+    /// The time that threads waited for the writing of tiles.
+    pub(crate) waited_to_write: Duration,
+}
+
+impl Found {
+    /// Whether there is no file to come, and blocks are looked at only for what is wrong with the input.
+    fn has_refused(&self) -> bool {
+        self.first_duplicate.is_some() || self.crossed.is_some() || self.crossings.count() > 0 || self.lacks_z
+    }
+}
+
+impl Conquest {
+    /// One thread's work: tasks until there are no more.
+    pub(crate) fn work<F>(&self, cores: &Ordered<Bytes, F>, sender: &Sender)
+    where
+        F: FnMut(u32, Bytes) -> Result<(), Closed>,
+    {
+        let mut workspace = Workspace::new(
+            self.options.engine.create(),
+            self.buffers.clone(),
+            Arc::clone(&self.deferral),
+            most_sources(&self.options),
+        );
+        while let Some(task) = self.board.take() {
+            let done = match task {
+                Task::Divide { block, threads } => self.divide(block, threads),
+                Task::Leaf {
+                    node,
+                    tile,
+                    block,
+                    points,
+                } => self.leaf(&mut workspace, node, tile, &block, points, cores, sender),
+                Task::Merge { node, seams } => self.merge(&mut workspace, node, seams, sender),
+            };
+            if done.is_err() {
+                self.board.abandon();
+            }
+            if self.options.progress.is_cancelled() {
+                self.fail(BuildError::Cancelled);
+            }
+            let found = self.found.lock();
+            if found.failed.is_some() || done.is_err() && !found.has_refused() {
+                self.board.stop();
+                cores.close();
+            } else if found.has_refused() {
+                // Leaves that are in work wait for others that do not come.
+                cores.close();
+            }
+        }
+    }
+
+    /// Ends the work; the first reason counts.
+    pub(crate) fn fail(&self, error: BuildError) {
+        self.found.lock().failed.get_or_insert(error);
+        self.board.stop();
+    }
+
+    fn divide(&self, mut block: BlockPoints, threads: usize) -> Result<(), Closed> {
+        let _span = tracing::debug_span!("divide", block = block.number, points = block.store.items.len()).entered();
+        let division = divide(&mut block.store.items, self.options.tile_vertices, threads);
+        if self.options.duplicates == Duplicates::Error {
+            let leaves = division.leaves.iter().map(|leaf| &block.store.items[leaf.clone()]);
+            let first_end = self.rules.duplicates.first_end;
+            let duplicates = leaves.filter_map(|items| first_duplicate(items, &block.store.attributes, first_end));
+            let mut found = self.found.lock();
+            let first = duplicates.chain(found.first_duplicate);
+            found.first_duplicate = first.min_by_key(|(records, _)| (records[1], records[0]));
+            if found.first_duplicate.is_some() {
+                // There is no file to come; but the blocks that are left may have one that comes before it.
+                drop(found);
+                self.board.only_divide();
+            }
+        }
+        self.look_for_missing_z(&block, &division);
+        let tiles = division.leaves.len();
+        let tree = division.tree.clone();
+        if !block.segments.is_empty() {
+            let cell = self.board.block_cell(block.number);
+            block.of_leaves = segments_of_leaves(&tree, cell, &block.segments);
+            self.look_for_crossings(&block, &division, cell, threads);
+        }
+        let mut many = false;
+        self.board.divided(block, division, |first_tile| {
+            many = first_tile as usize + tiles > MAX_TILES as usize;
+            self.add_block(BlockFound {
+                first_tile,
+                tree,
+                tiles: vec![TileState::default(); tiles],
+                ..BlockFound::default()
+            });
+        });
+        if many {
+            self.fail(BuildError::TooManyTiles { max: MAX_TILES });
+        }
+        Ok(())
+    }
+
+    /// Looks for vertices that have no z, where that is an error. Then there is no file to come,
+    /// but the blocks that are left may have those that are to be told first.
+    fn look_for_missing_z(&self, block: &BlockPoints, division: &Division) {
+        let attributes = &block.store.attributes;
+        if self.options.missing_z == MissingZ::Zero || !attributes.has_z() {
+            return;
+        }
+        let mut lacking = FoundWithoutZ::default();
+        for leaf in &division.leaves {
+            let items = &block.store.items[leaf.clone()];
+            lacking.merge(&FoundWithoutZ::in_leaf(items, attributes, self.rules.duplicates));
+        }
+        if lacking.count > 0 {
+            lacking.name_line(&block.segments);
+            let mut found = self.found.lock();
+            found.without_z.merge(&lacking);
+            found.lacks_z = true;
+            drop(found);
+            self.board.only_divide();
+        }
+    }
+
+    /// Looks for segments that cross in a block that was divided. If there are any there is no file to come, but the blocks
+    /// that are left may have those that are to be told first.
+    fn look_for_crossings(&self, block: &BlockPoints, division: &Division, cell: Rect, threads: usize) {
+        let items = &block.store.items;
+        let cells = division.tree.cells_within(cell);
+        let leaves = cells.into_iter().zip(&division.leaves).zip(&block.of_leaves);
+        let leaves: Vec<LeafLines<'_>> = leaves
+            .map(|((cell, points), its)| LeafLines {
+                cell,
+                items: &items[points.clone()],
+                its,
+            })
+            .collect();
+        let crossings = in_leaves(&block.segments, &leaves, threads);
+        if crossings.count() > 0 {
+            self.found.lock().crossings.merge(&crossings);
+            self.board.only_divide();
+        }
+    }
+
+    fn add_block(&self, block: BlockFound) {
+        self.log.lock().add_tiles(block.tiles.len() as u32);
+        self.note_block(&mut self.found.lock(), block);
+    }
+
+    fn note_block(&self, found: &mut Found, block: BlockFound) {
+        found.blocks.push(block);
+        if found.conquer_began.is_none() {
+            found.conquer_began = Some(Instant::now());
+            self.options.progress.start(Phase::Conquer, self.limits.points);
+        }
+    }
+
+    /// Takes up a block that a build before has finished.
+    pub(crate) fn restore(&self, block: FinishedBlock, seam: Seam) {
+        let FinishedBlock {
+            number,
+            found: block,
+            chunks,
+            ..
+        } = block;
+        let tiles = block.tiles.len() as u32;
+        let points = seam.below + block.duplicates;
+        self.log.lock().restore(tiles, chunks, block.late_triangles);
+        let mut found = self.found.lock();
+        found.points_done += points;
+        found.growth.observe(seam.below, seam.vertices.len() as u64);
+        self.note_block(&mut found, block);
+        drop(found);
+        self.options.progress.advance(points, 0);
+        self.board.restore(number, tiles, seam);
+    }
+
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a leaf is what a task says of it, and where its results go"
+    )]
+    fn leaf<F: FnMut(u32, Bytes) -> Result<(), Closed>>(
+        &self,
+        workspace: &mut Workspace,
+        node: u32,
+        tile: TileId,
+        block: &BlockPoints,
+        points: Range<usize>,
+        cores: &Ordered<Bytes, F>,
+        sender: &Sender,
+    ) -> Result<(), Closed> {
+        let began = Instant::now();
+        cores.begin(tile.0)?;
+        let waited = began.elapsed();
+        let _span = tracing::debug_span!("leaf", tile = tile.0).entered();
+        let items = &block.store.items[points];
+        let place = self.board.place(node);
+        let of_block = tile.0 - self.found.lock().blocks[block.number as usize].first_tile;
+        let input = LeafInput {
+            tile,
+            cell: place.cell,
+            items,
+            attributes: &block.store.attributes,
+            segments: &block.segments,
+            its: block.of_leaves.get(of_block as usize).map_or(&[], |its| its),
+        };
+        let leaf = match conquer(workspace, input, &self.rules) {
+            Ok(leaf) => leaf,
+            Err(error) => return self.refuse(error),
+        };
+        if place.cell == Rect::PLANE {
+            self.take_pieces(&leaf.seam.pending)?;
+        }
+        let core = workspace.core.encode(tile, GENERATION, &workspace.buffers);
+        let (vertices, settled) = (workspace.core.points.len(), workspace.core.triangles.len());
+        {
+            let mut found = self.found.lock();
+            found.waited_to_write += waited;
+            found.points_done += items.len() as u64;
+            found.without_z.count += leaf.without_z;
+            let of_block = &mut found.blocks[block.number as usize];
+            of_block.duplicates += leaf.duplicates;
+            of_block.ends += leaf.ends;
+            of_block.held_triangles += leaf.seam.pending.held.len() as u64;
+            count(&mut of_block.levels, vertices, settled, &leaf.seam);
+            of_block.tiles[(tile.0 - of_block.first_tile) as usize] = TileState {
+                vertices: vertices as u32,
+                core_triangles: settled as u32,
+                bounds: leaf.bounds,
+                constraint_edges: leaf.constraint_edges,
+                components: leaf.components.count,
+                open_components: leaf.components.open,
+                ..TileState::default()
+            };
+            let seeded = leaf.seeded.iter().map(|&component| (tile.0, component));
+            found.seeded.extend(seeded);
+        }
+        let mut log = self.log.lock();
+        let appended = log
+            .append_sides(tile, &leaf.open_sides)
+            .and_then(|()| log.append_edges(&leaf.edges))
+            .and_then(|()| log.append_anchors(tile, &leaf.components.anchors));
+        drop(log);
+        self.logged(appended)?;
+        let began = Instant::now();
+        cores.put(tile.0, core)?;
+        self.found.lock().waited_to_write += began.elapsed();
+        let count = items.len() as u64;
+        self.options.progress.advance(count, count);
+        self.hand_up(node, place, leaf.seam, 0, sender)
+    }
+
+    fn merge(&self, workspace: &mut Workspace, node: u32, seams: Vec<Seam>, sender: &Sender) -> Result<(), Closed> {
+        let _span = tracing::debug_span!("merge", node, seams = seams.len()).entered();
+        let place = self.board.place(node);
+        let vertices = seams.iter().map(|seam| seam.vertices.len()).sum();
+        let bytes = seams.iter().map(Seam::byte_size).sum();
+        let merged = merge(workspace, seams, place.cell);
+        let (Final { triangles: late, edges }, seam) = match merged {
+            Ok(merged) => merged,
+            Err(refusal) => return self.refuse(refusal.into()),
+        };
+        if place.cell == Rect::PLANE {
+            self.take_pieces(&seam.pending)?;
+        }
+        let mut log = self.log.lock();
+        let appended = log.append_triangles(&late).and_then(|()| log.append_edges(&edges));
+        drop(log);
+        self.logged(appended)?;
+        {
+            let mut found = self.found.lock();
+            match place.block {
+                Some(block) => {
+                    let block = &mut found.blocks[block as usize];
+                    block.late_triangles += late.len() as u64;
+                    count(&mut block.levels, vertices, late.len(), &seam);
+                }
+                None => count(&mut found.levels, vertices, late.len(), &seam),
+            }
+        }
+        self.hand_up(node, place, seam, bytes, sender)
+    }
+
+    /// Ends the work, since the segments cannot all be edges.
+    fn refuse(&self, error: LeafError) -> Result<(), Closed> {
+        match error {
+            // What there is to be told of it, the leaves that own the crossing points know.
+            LeafError::Refused(Refusal::Crossed(crossed)) => {
+                self.found.lock().crossed = Some(crossed);
+                self.board.only_divide();
+            }
+            LeafError::Refused(Refusal::Overlaps(Overlaps { sources, place })) => {
+                self.fail(BuildError::Overlaps {
+                    point: place,
+                    needed: sources_memory(&self.options, sources),
+                    budget: self.options.memory,
+                });
+            }
+            LeafError::OpenRing(source) => {
+                self.fail(BuildError::OpenRing {
+                    obstacle: source.number(),
+                });
+            }
+        }
+        Err(Closed)
+    }
+
+    /// At the root all constraints are in, unless there are no triangles to have them as edges: then pieces are edges.
+    fn take_pieces(&self, pending: &Pending) -> Result<(), Closed> {
+        if pending.pieces.is_empty() {
+            return Ok(());
+        }
+        let edges = pending.pieces.iter().map(|piece| DoneEdge {
+            ends: piece.ends.map(|place| pending.vertices[place as usize]),
+            source: piece.source,
+        });
+        let edges: Vec<DoneEdge> = edges.collect();
+        let appended = self.log.lock().append_edges(&edges);
+        self.logged(appended)?;
+        let next_on_line = edges.iter().filter_map(|edge| edge.end_elsewhere());
+        self.found.lock().next_on_line.extend(next_on_line);
+        Ok(())
+    }
+
+    fn logged(&self, appended: std::io::Result<()>) -> Result<(), Closed> {
+        appended.map_err(|error| {
+            self.fail(BuildError::io(&self.spill, "spill the border log in", error));
+            Closed
+        })
+    }
+
+    /// Gives the board the seam of a node, and the journal that of a whole block.
+    fn hand_up(&self, node: u32, place: Place, seam: Seam, merged_bytes: u64, sender: &Sender) -> Result<(), Closed> {
+        if let Some(block) = place.block.filter(|_| place.is_block && self.limits.has_journal) {
+            let tiles = self.found.lock().blocks[block as usize].tile_range();
+            let chunks = self.log.lock().finish_block(tiles);
+            let chunks = match chunks {
+                Ok(chunks) => chunks,
+                Err(error) => return self.logged(Err(error)),
+            };
+            let finished = FinishedBlock {
+                number: block,
+                found: self.found.lock().blocks[block as usize].clone(),
+                cores: Vec::new(),
+                chunks,
+            };
+            let finished = Extent::Finished(Box::new((finished, seam.clone())));
+            sender.blocking_send(finished).map_err(|_| Closed)?;
+        }
+        let below = seam.below;
+        let seam_vertices = seam.vertices.len() as u64;
+        let load = self.board.done(node, seam, merged_bytes);
+        let mut found = self.found.lock();
+        if seam_vertices > 0 {
+            found.growth.observe(below, seam_vertices);
+        }
+        let budget = self.options.memory;
+        let blocks = if load.blocks_in_memory {
+            self.limits.block_bytes
+        } else {
+            0
+        };
+        let held = load.next_held * HELD_WORK_BYTES;
+        let now = blocks + load.bytes + load.next_vertices * SEAM_WORK_BYTES + held;
+        // A fortieth of the points, and cells eight times as large as others, tell enough of the rest. If there is no going
+        // on anyway, less will do to say what it would take.
+        let is_over = now > budget;
+        let enough = is_over || found.points_done * 40 >= self.limits.points;
+        let root = found
+            .growth
+            .root_bytes(self.limits.points, if is_over { 1.5 } else { 7.0 });
+        let needed = now.max(root.filter(|_| enough).unwrap_or(0));
+        let points_done = found.points_done;
+        drop(found);
+        if needed > budget {
+            self.fail(if held > now / 2 {
+                // All cells will have as many as those that are done.
+                let share = self.limits.points as f64 / points_done.max(1) as f64;
+                BuildError::Held {
+                    needed: ((now as f64 * share) as u64).max(now),
+                    budget,
+                }
+            } else {
+                BuildError::Seams { needed, budget }
+            });
+        }
+        Ok(())
+    }
+
+    /// What is wrong, if something is.
+    pub(crate) fn outcome(&self) -> Result<(), BuildError> {
+        let mut found = self.found.lock();
+        if let Some(error) = found.failed.take() {
+            return Err(error);
+        }
+        if found.crossings.count() > 0 {
+            return Err(BuildError::Crossings {
+                first: found.crossings.first().to_vec(),
+                count: found.crossings.count(),
+            });
+        }
+        let firsts = Firsts {
+            end: self.rules.duplicates.first_end,
+            crossing: self.rules.first_crossing,
+            site: self.rules.first_site,
+        };
+        if let Some(first) = found.without_z.first(firsts) {
+            let count = found.without_z.count;
+            return Err(BuildError::NoZ { first, count });
+        }
+        match (found.first_duplicate, found.crossed) {
+            (Some((records, point)), _) => Err(BuildError::Duplicate { records, point }),
+            (_, Some(Crossed { piece, edge })) => Err(BuildError::Internal(format!(
+                "a piece from {:?} to {:?} crosses the constraint from {:?} to {:?}, and no segments cross there",
+                piece[0], piece[1], edge[0], edge[1]
+            ))),
+            (None, None) => Ok(()),
+        }
+    }
+}
+
+/// Counts a node.
+fn count(levels: &mut Vec<LevelSummary>, vertices: usize, settled: usize, seam: &Seam) {
+    let level = seam.level - 1;
+    if levels.len() <= level {
+        levels.resize_with(level + 1, LevelSummary::default);
+    }
+    levels[level].add(LevelSummary {
+        nodes: 1,
+        vertices: vertices as u64,
+        settled: settled as u64,
+        seam_vertices: seam.vertices.len() as u64,
+    });
+}

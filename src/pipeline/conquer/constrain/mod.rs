@@ -1,0 +1,236 @@
+//! Constrain: pieces of segments go in as soon as all triangles that they cross are final.
+//!
+//! In: the triangles of a node with what has become of them, and the segments of its cell. Out: triangles that pieces went
+//! into, which are final too, the constraint edges that came of it, and what goes up.
+//!
+//! ```text
+//!   leaf     segments ──▶ vertices on them ──▶ pieces, and runs that go on elsewhere ─┐
+//!   above    children's pieces, and those between one child's run and the next's ─────┤  lines
+//!                                                                                     ▼
+//!            insert what crosses settled triangles alone;  mark what is an edge already   ground
+//!                                                                                     ▼
+//!            hold the settled triangles that others cross ──▶ up, with pieces and runs
+//! ```
+//!
+//! Inserting a piece changes exactly the triangles that it crosses (Wu, Lemma 3.3.6), and the result does not depend on the
+//! order. So a triangle that is final and that no piece crosses any more can go to its tile; one that a piece crosses which
+//! cannot go in yet is **held**: it goes up with its piece. A piece cannot go in if it crosses an unsettled triangle, or
+//! leaves the cell. Held triangles' vertices need not be triangulated again; the node above glues held triangles to its own
+//! by their edges.
+//!
+//! An edge that is a piece is marked on both sides as soon as one is final. If the other is not, the piece goes up all the
+//! same, so that whichever triangle comes to lie there is marked too. Once both are, the edge is done, and so is the piece:
+//! its source is noted with the edge, in one node only.
+//!
+//! Walking along pieces takes time with the edges that come of them. Where that gets more than there are vertices and pieces,
+//! since many run along each other, the rest are cut at each other's ends first (`overlaps`).
+
+pub(crate) mod deferral;
+mod ground;
+mod lines;
+mod overlaps;
+
+use crate::collections::bucket_sort::bucket_sort;
+use crate::constraints::segments::segment::Segment;
+use crate::geometry::Point;
+use crate::mesh::{NONE, Triangulation};
+use crate::pipeline::conquer::node::{Fate, Workspace};
+use crate::pipeline::records::{DoneEdge, LateTriangle, Open, Pending, Piece, SeamVertex};
+use crate::store::{TileId, VertexId};
+use ground::Ground;
+use lines::Lines;
+
+/// Two segments cross, or a piece cannot be placed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Crossed {
+    /// A piece, or the end of one.
+    pub(crate) piece: [Point; 2],
+    /// The constraint that it crosses.
+    pub(crate) edge: [Point; 2],
+}
+
+/// So many lines run along each other that what edges know of them does not fit in memory.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Overlaps {
+    /// Lines along edges of one node, at least.
+    pub(crate) sources: u64,
+    /// Where.
+    pub(crate) place: Point,
+}
+
+/// Why segments cannot be edges.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Refusal {
+    Crossed(Crossed),
+    Overlaps(Overlaps),
+}
+
+impl From<Crossed> for Refusal {
+    fn from(crossed: Crossed) -> Self {
+        Self::Crossed(crossed)
+    }
+}
+
+/// What came of the pieces of a node.
+struct Outcome {
+    /// Those that are done.
+    done: Vec<Piece>,
+    /// What goes up.
+    pending: Pending,
+}
+
+/// Constrains the triangles of a leaf, which are in the workspace. Those that are held, the bits of sides and the edges that
+/// are done stay there.
+pub(crate) fn constrain_leaf(
+    workspace: &mut Workspace,
+    points: &[Point],
+    segments: &[Segment],
+    its: &[u32],
+    tile: TileId,
+    is_root: bool,
+) -> Result<Pending, Refusal> {
+    let mesh = std::mem::take(&mut workspace.mesh);
+    let settled = workspace.fates.iter().map(|fate| *fate == Fate::Settled).collect();
+    let fixed = vec![0; mesh.triangles.len()];
+    let is_on_line = mesh.triangles.is_empty();
+    let mut ground = Ground::new(
+        points,
+        mesh,
+        fixed,
+        settled,
+        is_root,
+        is_on_line,
+        workspace.most_sources,
+    );
+    let vertex = |index: u32| SeamVertex {
+        id: VertexId { tile, index },
+        point: points[index as usize],
+    };
+    let Workspace { inserter, deferral, .. } = workspace;
+    let limit = if is_root { usize::MAX } else { deferral.leaf_limit() };
+    let its = its.iter().map(|&segment| segments[segment as usize]);
+    let its = its.filter(|segment| !deferral.has(segment)).collect();
+    let lines = Lines::of_leaf(&ground, inserter, its);
+    let outcome = lines.and_then(|lines| ground.constrain(inserter, lines, (deferral, limit), vertex));
+    for (fate, held) in workspace.fates.iter_mut().zip(&ground.held) {
+        if *held {
+            *fate = Fate::Held;
+        }
+    }
+    (workspace.mesh, workspace.side_bits) = ground.mesh.into_parts();
+    let Outcome { done, pending } = outcome?;
+    workspace.edges = done;
+    Ok(pending)
+}
+
+/// What a node above the leaves has that is final.
+#[derive(Debug, Default)]
+pub(crate) struct Final {
+    /// Triangles that are not held.
+    pub(crate) triangles: Vec<LateTriangle>,
+    /// Constraint edges.
+    pub(crate) edges: Vec<DoneEdge>,
+}
+
+/// Constrains the triangles of a node above the leaves: those in the workspace, of these vertices, and those that its children
+/// hold.
+pub(crate) fn constrain_node(
+    workspace: &mut Workspace,
+    vertices: &[SeamVertex],
+    children: Vec<Pending>,
+    is_root: bool,
+) -> Result<(Final, Pending), Refusal> {
+    let mut vertices = vertices.to_vec();
+    let kept = workspace.mesh.triangles.iter().zip(&workspace.fates);
+    let kept = kept.filter(|(_, fate)| **fate != Fate::Dropped);
+    let mut triangles = Vec::new();
+    let (mut settled, mut fixed) = (Vec::new(), Vec::new());
+    for (corners, fate) in kept {
+        triangles.push(*corners);
+        settled.push(*fate == Fate::Settled);
+        fixed.push(0);
+    }
+    let in_seams = vertices.len();
+    let mut pieces: Vec<Piece> = Vec::new();
+    let mut runs: Vec<Open> = Vec::new();
+    for child in children {
+        let mut places = Vec::with_capacity(child.vertices.len());
+        for vertex in child.vertices {
+            let in_seam = vertices[..in_seams].binary_search_by_key(&vertex.id, |v| v.id);
+            let place = in_seam.unwrap_or(vertices.len());
+            if place == vertices.len() {
+                vertices.push(vertex);
+            }
+            places.push(place as u32);
+        }
+        let place = |v: u32| places[v as usize];
+        for (corners, bits) in child.held {
+            triangles.push(corners.map(place));
+            settled.push(true);
+            fixed.push(bits);
+        }
+        pieces.extend(child.pieces.iter().map(|piece| piece.renumbered(place)));
+        runs.extend(child.open.iter().map(|open| open.renumbered(place)));
+    }
+    let points: Vec<Point> = vertices.iter().map(|v| v.point).collect();
+    let lines = Lines::of_children(pieces, runs, &points, (&workspace.deferral, workspace.most_sources));
+    let hull = std::mem::take(&mut workspace.mesh.hull);
+    let is_on_line = workspace.mesh.triangles.is_empty();
+    let mesh = Triangulation {
+        hull,
+        ..glued(triangles, points.len())
+    };
+    let mut ground = Ground::new(
+        &points,
+        mesh,
+        fixed,
+        settled,
+        is_root,
+        is_on_line,
+        workspace.most_sources,
+    );
+    let vertex = |index: u32| vertices[index as usize];
+    let Workspace { inserter, deferral, .. } = workspace;
+    let limit = if is_root { usize::MAX } else { deferral.node_limit() };
+    let Outcome { done, pending } = ground.constrain(inserter, lines, (deferral, limit), vertex)?;
+    let (mesh, fixed) = ground.mesh.into_parts();
+    let states = ground.settled.iter().zip(&ground.held);
+    let all = mesh.triangles.iter().zip(fixed).zip(states);
+    let is_final = all.filter(|(_, (settled, held))| **settled && !**held);
+    let late = is_final.map(|((corners, side_bits), _)| LateTriangle {
+        corners: corners.map(vertex),
+        side_bits,
+        number: 0,
+    });
+    let edges = done.into_iter().map(|piece| DoneEdge {
+        ends: piece.ends.map(vertex),
+        source: piece.source,
+    });
+    let found = Final {
+        triangles: late.collect(),
+        edges: edges.collect(),
+    };
+    Ok((found, pending))
+}
+
+/// Triangles with their adjacency, found by their edges, between so many vertices.
+pub(crate) fn glued(triangles: Vec<[u32; 3]>, vertices: usize) -> Triangulation {
+    let ends = |side: u32| {
+        let (corners, s) = (triangles[(side / 3) as usize], (side % 3) as usize);
+        let (from, to) = (corners[s], corners[(s + 1) % 3]);
+        [from.min(to), from.max(to)]
+    };
+    let sides: Vec<([u32; 2], u32)> = (0..3 * triangles.len() as u32).map(|side| (ends(side), side)).collect();
+    let sides = bucket_sort(&sides, vertices, |(ends, _)| ends[0], |&(ends, side)| (ends[1], side));
+    let mut neighbours = vec![[NONE; 3]; triangles.len()];
+    for pair in sides.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+        for (side, other) in [(pair[0].1, pair[1].1), (pair[1].1, pair[0].1)] {
+            neighbours[(side / 3) as usize][(side % 3) as usize] = other;
+        }
+    }
+    Triangulation {
+        triangles,
+        neighbours,
+        hull: Vec::new(),
+    }
+}

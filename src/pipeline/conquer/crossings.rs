@@ -1,0 +1,77 @@
+//! Crossings in the leaves of a block, before any of them is conquered.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+use parking_lot::Mutex;
+
+use crate::constraints::crossings::find::find;
+use crate::constraints::crossings::first::{Crossing, FirstCrossings};
+use crate::constraints::segments::segment::Segment;
+use crate::geometry::{Orientation, Point, Rect, orient2d};
+use crate::io::start_scoped;
+use crate::pipeline::ingest::point_store::Item;
+
+/// A leaf.
+pub(crate) struct LeafLines<'a> {
+    pub(crate) cell: Rect,
+    pub(crate) items: &'a [Item],
+    /// Which segments of the block may meet the cell.
+    pub(crate) its: &'a [u32],
+}
+
+/// Finds what crosses in any of the leaves, on so many threads.
+pub(crate) fn in_leaves(segments: &[Segment], leaves: &[LeafLines<'_>], threads: usize) -> FirstCrossings {
+    let next = AtomicUsize::new(0);
+    let all = Mutex::new(FirstCrossings::default());
+    let work = || {
+        while let Some(leaf) = leaves.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let found = in_leaf(segments, leaf);
+            if found.count() > 0 {
+                all.lock().merge(&found);
+            }
+        }
+    };
+    thread::scope(|scope| {
+        // Fewer do as well.
+        (1..threads.min(leaves.len())).all(|_| start_scoped(scope, "tile-crossings", work).is_ok());
+        work();
+    });
+    all.into_inner()
+}
+
+fn in_leaf(segments: &[Segment], leaf: &LeafLines<'_>) -> FirstCrossings {
+    let its: Vec<Segment> = leaf.its.iter().map(|&segment| segments[segment as usize]).collect();
+    let mut crossings = FirstCrossings::default();
+    let mut vertices = None;
+    let done = find(&its, leaf.cell, &mut |one, other, point| {
+        let pair = [one, other].map(|segment| its[segment as usize]);
+        // Where a vertex lies on both, they meet in it.
+        let is_on = |segment: Segment| orient2d(segment.ends[0], segment.ends[1], point) == Orientation::Collinear;
+        let is_vertex =
+            pair.into_iter().all(is_on) && vertices.get_or_insert_with(|| Places::of(leaf.items)).has(point);
+        if !is_vertex {
+            crossings.push(Crossing::new(pair.map(|segment| segment.source), point));
+        }
+        ControlFlow::Continue(())
+    });
+    debug_assert!(done.is_continue());
+    crossings
+}
+
+/// The places of points, each once.
+struct Places(Vec<Point>);
+
+impl Places {
+    fn of(items: &[Item]) -> Self {
+        let mut places: Vec<Point> = items.iter().map(|item| item.point).collect();
+        places.sort_unstable_by(|a, b| a.lex_cmp(*b));
+        places.dedup();
+        Self(places)
+    }
+
+    fn has(&self, place: Point) -> bool {
+        self.0.binary_search_by(|p| p.lex_cmp(place)).is_ok()
+    }
+}

@@ -1,0 +1,12 @@
+//! Divide, conquer, merge, constrain: threads take tasks from a board, and triangles come out.
+
+pub(crate) mod components;
+pub(super) mod conquest;
+pub(super) mod constrain;
+mod crossings;
+mod growth;
+pub(super) mod leaf;
+mod merge;
+mod node;
+pub(super) mod prefetch;
+pub(super) mod schedule;

@@ -1,0 +1,122 @@
+//! One node of the merge tree: triangulate, keep, settle, hand on. Leaves and inner nodes alike.
+//!
+//! In: the points X of the node and its cell. Out: its settled triangles, and its seam: the unsettled triangles and the
+//! vertices that the levels above need. A triangle is settled if its closed circumdisc lies strictly inside the cell, so
+//! that no vertex of another cell can remove it. (Wu, section 3.3, calls it safe.)
+
+use std::sync::Arc;
+
+use crate::geometry::{Point, Rect, disc_strictly_inside};
+use crate::io::Buffers;
+use crate::mesh::{Engine, Inserter, Triangulation, smallest_first};
+use crate::pipeline::conquer::constrain::deferral::Deferral;
+use crate::pipeline::records::Piece;
+use crate::store::CoreDraft;
+
+/// What a thread works with; its memory is kept from node to node.
+pub(crate) struct Workspace {
+    pub(crate) engine: Box<dyn Engine>,
+    pub(crate) mesh: Triangulation,
+    /// What becomes of each triangle of the mesh.
+    pub(crate) fates: Vec<Fate>,
+    /// For each point its place in the seam, or [`u32::MAX`].
+    in_seam: Vec<u32>,
+    pub(crate) inserter: Inserter,
+    /// Which segments are put off.
+    pub(crate) deferral: Arc<Deferral>,
+    /// The bits of the sides of each triangle of a leaf's mesh; or nothing.
+    pub(crate) side_bits: Vec<u8>,
+    /// The constraint edges of a leaf that are done, in order, once for each source.
+    pub(crate) edges: Vec<Piece>,
+    /// How often lines may run along edges of a node, all in all.
+    pub(crate) most_sources: usize,
+    /// The core of the leaf that was conquered last.
+    pub(crate) core: CoreDraft,
+    /// For what cores are encoded in.
+    pub(crate) buffers: Buffers,
+}
+
+/// What becomes of a triangle of DT(X).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fate {
+    /// A child settled that ground already.
+    Dropped,
+    /// Final.
+    Settled,
+    /// Up to the levels above.
+    Unsettled,
+    /// Final, but a piece crosses it that is not in yet: up too.
+    Held,
+}
+
+impl Workspace {
+    pub(crate) fn new(engine: Box<dyn Engine>, buffers: Buffers, deferral: Arc<Deferral>, most_sources: usize) -> Self {
+        Self {
+            engine,
+            mesh: Triangulation::default(),
+            fates: Vec::new(),
+            in_seam: Vec::new(),
+            inserter: Inserter::default(),
+            deferral,
+            side_bits: Vec::new(),
+            edges: Vec::new(),
+            most_sources,
+            core: CoreDraft::default(),
+            buffers,
+        }
+    }
+
+    /// Triangulates a node and decides on each triangle; `keep` tells which are not a child's settled ground.
+    ///
+    /// Fills `mesh` and `fates`. Returns the points of the seam, and its triangles by place among these.
+    pub(crate) fn run(
+        &mut self,
+        points: &[Point],
+        cell: Rect,
+        keep: impl Fn([u32; 3]) -> bool,
+    ) -> (Vec<u32>, Vec<[u32; 3]>) {
+        const ABSENT: u32 = u32::MAX;
+        self.engine.triangulate(points, &mut self.mesh);
+        self.fates.clear();
+        let point = |v: u32| points[v as usize];
+        self.fates.extend(self.mesh.triangles.iter().map(|&t| {
+            let [a, b, c] = t.map(point);
+            if !keep(t) {
+                Fate::Dropped
+            } else if disc_strictly_inside(a, b, c, cell) {
+                Fate::Settled
+            } else {
+                Fate::Unsettled
+            }
+        }));
+        if cell == Rect::PLANE {
+            // The root: everything is settled, and nobody needs its hull.
+            debug_assert!(!self.fates.contains(&Fate::Unsettled));
+            return (Vec::new(), Vec::new());
+        }
+        self.in_seam.clear();
+        self.in_seam.resize(points.len(), ABSENT);
+        for &vertex in &self.mesh.hull {
+            self.in_seam[vertex as usize] = 0;
+        }
+        let unsettled = || {
+            let fates = self.mesh.triangles.iter().zip(&self.fates);
+            fates.filter(|(_, fate)| **fate == Fate::Unsettled).map(|(&t, _)| t)
+        };
+        for vertex in unsettled().flatten() {
+            self.in_seam[vertex as usize] = 0;
+        }
+        let mut vertices = Vec::new();
+        for (place, vertex) in self.in_seam.iter_mut().zip(0..) {
+            if *place != ABSENT {
+                *place = vertices.len() as u32;
+                vertices.push(vertex);
+            }
+        }
+        let mut triangles: Vec<_> = unsettled()
+            .map(|t| smallest_first(t.map(|v| self.in_seam[v as usize])))
+            .collect();
+        triangles.sort_unstable();
+        (vertices, triangles)
+    }
+}

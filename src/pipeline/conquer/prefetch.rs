@@ -1,0 +1,172 @@
+//! Reads blocks ahead of those that are in work.
+//!
+//! In: the plan and the journal. Out: the board gets one block after the other, in order. A block is read once there is memory
+//! for it: permits are counted in bytes, and a block that is dropped gives its own back. So as many blocks are ahead as fit,
+//! and computing never waits for one unless reading is slower. Reads are spawned, several at a time; chunks are checked and
+//! taken apart on threads that may block.
+
+use std::collections::VecDeque;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use bytes::Bytes;
+use tokio::sync::Semaphore;
+use tokio::task::JoinHandle;
+use tracing::Instrument;
+
+use crate::constraints::segments::blocks::BlockSegments;
+use crate::io::{ReadAt, ThreadsFile, blocking};
+use crate::pipeline::conquer::schedule::{BlockPoints, Board};
+use crate::pipeline::error::BuildError;
+use crate::pipeline::ingest::point_store::PointStore;
+use crate::pipeline::ingest::spill;
+use crate::pipeline::ingest::spill::plan::Block;
+use crate::pipeline::ingest::spill::run::{HEADER, chunk_length, decode_chunk};
+use crate::pipeline::memory::{SEGMENT_BYTES, point_bytes};
+
+/// Bytes of one read.
+const PIECE: u64 = 1 << 20;
+/// Reads under way.
+const AHEAD: usize = 4;
+/// Bytes that a permit stands for.
+const UNIT: u64 = 1 << 10;
+
+/// What reading ahead took.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Prefetched {
+    pub(crate) bytes: u64,
+    /// The time that blocks could not be read because those before took all memory.
+    pub(crate) waited: Duration,
+}
+
+/// The blocks of a build, of which those from the first on are still to come.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Coming<'a> {
+    pub(crate) blocks: &'a [Block],
+    pub(crate) segments: &'a Arc<BlockSegments>,
+    pub(crate) first: usize,
+    pub(crate) has_z: bool,
+}
+
+/// Gives the board the blocks from the first on. Runs that were read go away, unless the journal needs them.
+pub(crate) async fn feed(
+    board: &Board,
+    Coming {
+        blocks,
+        segments,
+        first,
+        has_z,
+    }: Coming<'_>,
+    folder: &Path,
+    memory: u64,
+    has_journal: bool,
+) -> Result<Prefetched, BuildError> {
+    let permits = (memory / UNIT)
+        .clamp(1, Semaphore::MAX_PERMITS as u64)
+        .min(u64::from(u32::MAX)) as u32;
+    let semaphore = Arc::new(Semaphore::new(permits as usize));
+    let mut done = Prefetched::default();
+    for (number, block) in blocks.iter().enumerate().skip(first) {
+        let bytes = block.points * point_bytes(has_z) + segments.count(number as u32) * SEGMENT_BYTES;
+        let wanted = bytes.div_ceil(UNIT).min(permits.into()) as u32;
+        let began = Instant::now();
+        let permit = Arc::clone(&semaphore).acquire_many_owned(wanted).await;
+        done.waited += began.elapsed();
+        let span = tracing::debug_span!("prefetch", block = number, points = block.points);
+        let store = load(block, folder, has_z).instrument(span).await?;
+        done.bytes += block.runs.iter().map(|run| run.length).sum::<u64>();
+        if !has_journal {
+            let paths: Vec<PathBuf> = block.runs.iter().map(|run| run.path(folder)).collect();
+            // If one stays, it goes with the folder.
+            drop(blocking(move || {
+                paths.iter().map(std::fs::remove_file).filter(Result::is_err).count()
+            }));
+        }
+        let all = Arc::clone(segments);
+        let taken = blocking(move || all.take(number as u32)).await;
+        let its_segments = taken
+            .flatten()
+            .map_err(|error| BuildError::io(folder, "read segments in", error))?;
+        let is_wanted = board.add(BlockPoints {
+            number: number as u32,
+            store,
+            segments: its_segments,
+            of_leaves: Vec::new(),
+            _permit: permit.ok(),
+        });
+        if !is_wanted {
+            break;
+        }
+    }
+    Ok(done)
+}
+
+/// A block that is being read: the points so far, and the bytes of a chunk that has not come wholly.
+struct Loading {
+    store: PointStore,
+    rest: Vec<u8>,
+    path: PathBuf,
+    has_z: bool,
+}
+
+/// Reads the points of a block.
+async fn load(block: &Block, folder: &Path, has_z: bool) -> Result<PointStore, BuildError> {
+    let mut loading = Loading {
+        store: PointStore::with_capacity(block.points as usize, has_z),
+        rest: Vec::new(),
+        path: PathBuf::new(),
+        has_z,
+    };
+    for run in &block.runs {
+        loading.path = run.path(folder);
+        let path = loading.path.clone();
+        let cannot = |error| BuildError::io(&path, "read", error);
+        let file = ThreadsFile::open(&path).map_err(cannot)?;
+        let mut pieces = (0..run.length).step_by(PIECE as usize);
+        let mut reads: VecDeque<JoinHandle<io::Result<Bytes>>> = VecDeque::new();
+        loop {
+            let more = pieces.by_ref().take(AHEAD - reads.len());
+            reads.extend(more.map(|at| tokio::spawn(file.read_at(at..run.length.min(at + PIECE)))));
+            let Some(read) = reads.pop_front() else { break };
+            let piece = read
+                .await
+                .map_err(io::Error::other)
+                .and_then(|read| read)
+                .map_err(cannot)?;
+            let taken = blocking(move || loading.take(&piece)).await;
+            loading = taken.flatten().map_err(cannot)?;
+        }
+        if !loading.rest.is_empty() {
+            return Err(cannot(spill::damaged(&path, "the last chunk is cut short")));
+        }
+    }
+    if loading.store.items.len() as u64 != block.points {
+        return Err(BuildError::io(
+            folder,
+            "read the runs in",
+            spill::damaged(folder, "points are missing"),
+        ));
+    }
+    Ok(loading.store)
+}
+
+impl Loading {
+    /// Takes the points of all chunks that have come wholly.
+    fn take(mut self, piece: &[u8]) -> io::Result<Self> {
+        self.rest.extend_from_slice(piece);
+        let mut at = 0;
+        while let Some(header) = self.rest[at..].first_chunk::<HEADER>() {
+            let length = chunk_length(header, u64::MAX).map_err(|problem| spill::damaged(&self.path, problem))?;
+            let Some(chunk) = self.rest[at..].get(..length) else {
+                break;
+            };
+            let take = |record| self.store.push_record(record, self.has_z);
+            decode_chunk(chunk, take).map_err(|problem| spill::damaged(&self.path, problem))?;
+            at += length;
+        }
+        self.rest.drain(..at);
+        Ok(self)
+    }
+}

@@ -1,0 +1,250 @@
+//! Borders: after the root, the border log is read back group by group, and every tile gets its border.
+//!
+//! Where there are segments it is read twice: what belongs together is known only when all of it was seen, and each border says
+//! of its triangles, and of its core's components, which regions they are of.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use parking_lot::Mutex;
+
+use crate::io::Buffers;
+use crate::pipeline::conquer::conquest::Conquest;
+use crate::pipeline::error::BuildError;
+use crate::pipeline::finish::border::{Border, TileRegions, assemble};
+use crate::pipeline::finish::border_mesh::BorderMesh;
+use crate::pipeline::finish::regions::{RegionFinder, Regions, TileLinks};
+use crate::pipeline::output::border_log::{BorderLog, GroupBorders};
+use crate::pipeline::output::ordered::{Closed, Ordered};
+use crate::pipeline::output::writer::{Extent, Sender};
+use crate::pipeline::records::{GENERATION, Nexts, TileState};
+use crate::pipeline::threads::on_threads;
+use crate::store::{Component, TileId, by_tile};
+
+/// The regions of a file.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct RegionTotals {
+    /// All; 0 where they are not told apart.
+    pub(crate) regions: u64,
+    /// Those that may lie in several tiles.
+    pub(crate) spanning: u64,
+    pub(crate) hole_regions: u64,
+    pub(crate) hole_triangles: u64,
+}
+
+/// Assembles the borders of all tiles, group by group, and sends them in order.
+pub(crate) fn write_borders(
+    tiles: &mut [TileState],
+    conquest: &Conquest,
+    threads: usize,
+    sender: &Sender,
+) -> Result<RegionTotals, BuildError> {
+    let progress = &conquest.options.progress;
+    let mut log = conquest.log.lock();
+    let mut seeded = std::mem::take(&mut conquest.found.lock().seeded);
+    seeded.sort_unstable();
+    let seeded = Seeded::of(&seeded);
+    let nexts = std::mem::take(&mut conquest.found.lock().next_on_line);
+    let mut kept = VecDeque::new();
+    let is_whole = conquest.deferral.is_empty();
+    let regions = match conquest.rules.has_regions && is_whole {
+        true => Some(find_regions(
+            &mut log, tiles, conquest, &seeded, &nexts, threads, &mut kept,
+        )?),
+        false => None,
+    };
+    let totals = Mutex::new(
+        regions
+            .as_ref()
+            .map_or_else(RegionTotals::default, |regions| RegionTotals {
+                regions: regions.count,
+                spanning: regions.spanning().len() as u64,
+                hole_regions: regions.spanning().iter().filter(|region| region.is_hole).count() as u64,
+                ..RegionTotals::default()
+            }),
+    );
+    let borders = Ordered::new(0, 2 * threads as u32, |_, border| {
+        sender.blocking_send(Extent::Border(border)).map_err(|_| Closed)
+    });
+    for number in 0..log.group_count() {
+        let _span = tracing::debug_span!("borders", group = number).entered();
+        if progress.is_cancelled() || sender.is_closed() {
+            return Err(BuildError::Cancelled);
+        }
+        let cannot = |error| BuildError::io(&conquest.spill, "read the border log in", error);
+        let Group { borders: group, meshes } = match kept.pop_front() {
+            Some(group) => {
+                log.forget_group(number);
+                group
+            }
+            None => Group::of(log.take_group(number).map_err(cannot)?, tiles, &nexts, threads)?,
+        };
+        let states = &mut tiles[group.tiles().start as usize..group.tiles().end as usize];
+        let next = Mutex::new(group.tiles().zip(states).zip(&meshes));
+        let buffers = Buffers::default();
+        let work = || {
+            loop {
+                let Some(((number, state), mesh)) = next.lock().next() else {
+                    return;
+                };
+                if progress.is_cancelled() || borders.begin(number).is_err() {
+                    borders.close();
+                    return;
+                }
+                let tile = TileId(number);
+                let its_regions = regions.as_ref().map(|all| TileRegions {
+                    all,
+                    seeded: seeded.of_tile(tile),
+                });
+                let mut border = assemble(tile, state, &group, mesh, its_regions);
+                if !is_whole {
+                    // Components of the core must be there; what they are is found out when all lines are in.
+                    border.draft.regions = vec![Component::default(); state.components as usize];
+                }
+                take(state, &border);
+                {
+                    let mut totals = totals.lock();
+                    totals.hole_regions += border.closed_holes;
+                    totals.hole_triangles += border.hole_triangles;
+                }
+                let encoded = border.draft.encode(tile, GENERATION, &buffers);
+                if borders.put(number, encoded).is_err() {
+                    return;
+                }
+                progress.advance(1, u64::from(state.vertices));
+            }
+        };
+        on_threads(threads, work, || borders.close())?;
+    }
+    Ok(totals.into_inner())
+}
+
+/// What the border log has of a group of tiles, and what lies around each of these.
+struct Group {
+    borders: GroupBorders,
+    meshes: Vec<BorderMesh>,
+}
+
+impl Group {
+    fn of(borders: GroupBorders, tiles: &[TileState], nexts: &Nexts, threads: usize) -> Result<Self, BuildError> {
+        let mut meshes: Vec<_> = borders.tiles().map(|_| None).collect();
+        let next = Mutex::new(borders.tiles().zip(&mut meshes));
+        let work = || {
+            loop {
+                let Some((tile, mesh)) = next.lock().next() else {
+                    return;
+                };
+                let next = nexts.get(&TileId(tile)).copied();
+                *mesh = Some(BorderMesh::of(TileId(tile), &tiles[tile as usize], &borders, next));
+            }
+        };
+        on_threads(threads, work, || {})?;
+        let meshes = meshes.into_iter().flatten().collect();
+        Ok(Self { borders, meshes })
+    }
+
+    /// Bytes that it takes.
+    fn byte_size(&self) -> u64 {
+        self.borders.byte_size() + self.meshes.iter().map(BorderMesh::byte_size).sum::<u64>()
+    }
+}
+
+/// Notes what a border adds to its tile.
+fn take(state: &mut TileState, border: &Border) {
+    state.border_triangles = border.draft.triangles.len() as u32;
+    state.owned_triangles = state.core_triangles + border.owned;
+    state.constraint_edges += border.constraint_edges;
+    state.bounds = state.bounds.union(border.bounds);
+}
+
+/// Components of tiles that seeds lie in.
+struct Seeded {
+    components: Vec<u32>,
+    /// Tiles that have some, and where these are.
+    of_tiles: Vec<(TileId, Range<usize>)>,
+}
+
+impl Seeded {
+    /// In order.
+    fn of(all: &[(u32, u32)]) -> Self {
+        Self {
+            of_tiles: by_tile(all, |&(tile, _)| tile),
+            components: all.iter().map(|&(_, component)| component).collect(),
+        }
+    }
+
+    /// Those of a tile, in order.
+    fn of_tile(&self, tile: TileId) -> &[u32] {
+        match self.of_tiles.binary_search_by_key(&tile, |(tile, _)| *tile) {
+            Ok(place) => &self.components[self.of_tiles[place].1.clone()],
+            Err(_) => &[],
+        }
+    }
+}
+
+/// Finds out which triangles belong together.
+fn find_regions(
+    log: &mut BorderLog,
+    tiles: &[TileState],
+    conquest: &Conquest,
+    seeded: &Seeded,
+    nexts: &Nexts,
+    threads: usize,
+    kept: &mut VecDeque<Group>,
+) -> Result<Regions, BuildError> {
+    let late = log.triangle_count();
+    let open: u64 = tiles.iter().map(|tile| u64::from(tile.open_components)).sum();
+    let (needed, budget) = (RegionFinder::BYTES * (late + open), conquest.options.memory);
+    let finder = RegionFinder::new(late, tiles, conquest.holes).filter(|_| needed <= budget);
+    let Some(mut finder) = finder else {
+        return Err(BuildError::Regions { needed, budget });
+    };
+    // The first groups need not be read again, as long as there is memory for them.
+    let (mut kept_bytes, room) = (0, (budget - needed) / 2);
+    for number in 0..log.group_count() {
+        let _span = tracing::debug_span!("regions", group = number).entered();
+        if conquest.options.progress.is_cancelled() {
+            return Err(BuildError::Cancelled);
+        }
+        let group = log.read_group(number);
+        let group = group.map_err(|error| BuildError::io(&conquest.spill, "read the border log in", error))?;
+        let group = Group::of(group, tiles, nexts, threads)?;
+        let links = links_of(&finder, &group, conquest, threads)?;
+        for (tile, links) in group.borders.tiles().zip(&links) {
+            let tile = TileId(tile);
+            let taken = finder.take(tile, &tiles[tile.0 as usize], links, seeded.of_tile(tile));
+            taken.map_err(|source| match source {
+                Some(source) => BuildError::OpenRing {
+                    obstacle: source.number(),
+                },
+                None => BuildError::Internal("regions are covered by different obstacles".to_owned()),
+            })?;
+        }
+        if kept.len() == number && kept_bytes + group.byte_size() <= room {
+            kept_bytes += group.byte_size();
+            kept.push_back(group);
+        }
+    }
+    Ok(finder.finish(tiles))
+}
+
+/// What lies side by side in each tile of a group.
+fn links_of(
+    finder: &RegionFinder,
+    group: &Group,
+    conquest: &Conquest,
+    threads: usize,
+) -> Result<Vec<TileLinks>, BuildError> {
+    let mut links: Vec<_> = group.meshes.iter().map(|_| TileLinks::default()).collect();
+    let next = Mutex::new(group.borders.tiles().zip(&group.meshes).zip(&mut links));
+    let work = || {
+        loop {
+            let Some(((tile, mesh), links)) = next.lock().next() else {
+                return;
+            };
+            *links = finder.links_of(TileId(tile), mesh, &group.borders, &conquest.rules.seeds);
+        }
+    };
+    on_threads(threads, work, || {})?;
+    Ok(links)
+}

@@ -1,0 +1,8 @@
+//! Points, sites and lines come in: kept in memory as long as they fit, else distributed to runs on disk.
+
+pub(crate) mod divide;
+pub(super) mod intake;
+pub(super) mod missing_z;
+pub(crate) mod point_store;
+pub(super) mod sites;
+pub(super) mod spill;

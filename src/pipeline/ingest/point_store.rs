@@ -1,0 +1,120 @@
+//! Points in memory, from their arrival, or that of their block, until their tile is made.
+
+use crate::geometry::Point;
+use crate::input::PointBatch;
+
+use crate::constraints::without_z::NO_Z;
+use crate::pipeline::ingest::spill::run::Record;
+
+/// A point and its place in the arrays of what goes with it.
+///
+/// Packed, because a sixth of the memory of a build would be padding.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, packed(4))]
+pub(crate) struct Item {
+    pub(crate) point: Point,
+    pub(crate) position: u32,
+}
+
+/// What goes with the points, by position.
+#[derive(Debug, Default)]
+pub(crate) struct Attributes {
+    /// z of each, or nothing.
+    z: Vec<f64>,
+    /// Record number of each; nothing as long as it equals the position.
+    records: Vec<u64>,
+}
+
+/// Points: all that came in, or those of a block.
+#[derive(Debug, Default)]
+pub(crate) struct PointStore {
+    pub(crate) items: Vec<Item>,
+    pub(crate) attributes: Attributes,
+}
+
+impl PointStore {
+    /// The most points that a store holds: positions are 32 bits wide.
+    pub(crate) const MAX_POINTS: usize = u32::MAX as usize;
+
+    /// Adds the points of a batch; with those before, they must not be more than [`MAX_POINTS`](Self::MAX_POINTS).
+    pub(crate) fn push(&mut self, batch: &PointBatch) {
+        let first = self.items.len() as u64;
+        let items = batch.points.iter().zip(first as u32..);
+        self.items.extend(items.map(|(&p, position)| Item {
+            point: p.normalized(),
+            position,
+        }));
+        let attributes = &mut self.attributes;
+        if !batch.z.is_empty() {
+            // Batches before may have come without z.
+            attributes.z.resize(first as usize, NO_Z);
+            attributes.z.extend_from_slice(&batch.z);
+        } else if !attributes.z.is_empty() {
+            attributes.z.resize(self.items.len(), NO_Z);
+        }
+        let plain = attributes.records.is_empty() && batch.records.iter().zip(first..).all(|(&r, p)| r == p);
+        if !plain {
+            if attributes.records.is_empty() {
+                attributes.records.extend(0..first);
+            }
+            attributes.records.extend_from_slice(&batch.records);
+        }
+    }
+
+    /// A store that has room for so many points.
+    pub(crate) fn with_capacity(points: usize, has_z: bool) -> Self {
+        Self {
+            items: Vec::with_capacity(points),
+            attributes: Attributes {
+                z: Vec::with_capacity(if has_z { points } else { 0 }),
+                records: Vec::with_capacity(if has_z { points } else { 0 }),
+            },
+        }
+    }
+
+    /// Adds a point of a run. Its place in the arrays is its record number, as long as that fits and nothing else goes with
+    /// it.
+    #[inline]
+    pub(crate) fn push_record(&mut self, Record { point, z, record }: Record, has_z: bool) {
+        let attributes = &mut self.attributes;
+        let mut position = record as u32;
+        if has_z || u64::from(position) != record || !attributes.records.is_empty() {
+            if attributes.records.is_empty() {
+                attributes
+                    .records
+                    .extend(self.items.iter().map(|item| u64::from(item.position)));
+                for (item, place) in self.items.iter_mut().zip(0..) {
+                    item.position = place;
+                }
+            }
+            position = self.items.len() as u32;
+            attributes.records.push(record);
+            if has_z {
+                attributes.z.resize(self.items.len(), NO_Z);
+                attributes.z.push(z);
+            }
+        }
+        self.items.push(Item { point, position });
+    }
+
+    /// Bytes that the points take.
+    pub(crate) fn byte_size(&self) -> u64 {
+        let attributes = self.attributes.z.len() + self.attributes.records.len();
+        (self.items.len() * size_of::<Item>() + attributes * 8) as u64
+    }
+}
+
+impl Attributes {
+    pub(crate) fn has_z(&self) -> bool {
+        !self.z.is_empty()
+    }
+
+    /// z at a position, or [`NO_Z`].
+    pub(crate) fn z(&self, position: u32) -> f64 {
+        self.z.get(position as usize).copied().unwrap_or(NO_Z)
+    }
+
+    pub(crate) fn record(&self, position: u32) -> u64 {
+        self.records.get(position as usize).copied().unwrap_or(position.into())
+    }
+}

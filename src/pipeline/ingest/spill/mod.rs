@@ -1,0 +1,145 @@
+//! Points that outgrow the memory: distributed, as they come, to a run on disk for each cell of the plane.
+//!
+//! In: a sample and all points. Out: a [`Plan`] of blocks that fit in memory, each with its runs.
+//!
+//! ```text
+//! sample ─▶ cells ─▶ points, one pass ─▶ run of each cell ─▶ runs that are too long: again, from their own sample
+//!                                                         └▶ neighbours that fit together: one block
+//! ```
+//!
+//! Cells are cut finer than blocks need to be, and joined once their points are counted. So points are written once and read
+//! once, whatever their order, as long as the sample tells how they lie; where it does not (a stream that is sorted, say, whose
+//! beginning was taken for a sample), twice. (The design spools a stream to sample it, which writes and reads everything twice.)
+
+pub(crate) mod plan;
+pub(crate) mod resplit;
+pub(crate) mod run;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::geometry::Point;
+use crate::input::PointBatch;
+use crate::store::KdTree;
+
+use crate::constraints::without_z::NO_Z;
+use crate::pipeline::ingest::divide::divide;
+use crate::pipeline::ingest::point_store::{Item, PointStore};
+use run::RunWriter;
+
+pub(crate) use crate::store::cell_index::CellIndex;
+pub(crate) use resplit::{check_runs, damaged, read_points};
+pub(crate) use run::{Record, Run};
+
+/// Points of a sample that are looked at: a cell of 1/512 has 128.
+pub(crate) const SAMPLE: usize = 1 << 16;
+
+/// Distributes points to the runs of cells.
+#[derive(Debug)]
+pub(crate) struct Spill {
+    folder: PathBuf,
+    tree: KdTree,
+    index: CellIndex,
+    runs: Vec<RunWriter>,
+    has_z: bool,
+    /// The cell of each point of a batch; kept for its memory.
+    cells: Vec<u32>,
+}
+
+/// What came of it: the cells, and the run of each.
+#[derive(Debug)]
+pub(crate) struct Spilled {
+    pub(crate) tree: KdTree,
+    pub(crate) runs: Vec<Run>,
+    pub(crate) has_z: bool,
+}
+
+impl Spill {
+    /// Cuts the plane into about so many cells, as a sample of at least one point tells. Runs are numbered from
+    /// `first_run` on, and their buffers take so many bytes together.
+    pub(crate) fn new(folder: &Path, sample: &[Point], cells: usize, buffers: usize, first_run: u32) -> Self {
+        let step = sample.len().div_ceil(SAMPLE);
+        let items = sample.iter().step_by(step.max(1));
+        let mut items: Vec<Item> = items.map(|&point| Item { point, position: 0 }).collect();
+        let per_cell = items.len().div_ceil(cells.max(1)).max(1);
+        let tree = divide(&mut items, per_cell, 1).tree;
+        let count = tree.tiles();
+        let buffer = buffers / count.max(1) as usize;
+        let runs = (0..count).map(|cell| RunWriter::new(folder, first_run + cell, buffer));
+        Self {
+            folder: folder.to_owned(),
+            index: CellIndex::new(&tree),
+            runs: runs.collect(),
+            tree,
+            has_z: false,
+            cells: Vec::new(),
+        }
+    }
+
+    /// The work folder.
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Takes the points of a batch.
+    pub(crate) fn push(&mut self, batch: &PointBatch) -> io::Result<()> {
+        if !batch.z.is_empty() {
+            self.begin_z()?;
+        }
+        self.cells.clear();
+        self.index.cells_of(&batch.points, &mut self.cells);
+        for (place, (&cell, &point)) in self.cells.iter().zip(&batch.points).enumerate() {
+            let z = self.has_z.then(|| batch.z.get(place).copied().unwrap_or(NO_Z));
+            self.runs[cell as usize].push(point.normalized(), z, batch.records[place])?;
+        }
+        Ok(())
+    }
+
+    /// Takes all points of a store.
+    pub(crate) fn push_store(&mut self, store: &PointStore) -> io::Result<()> {
+        let attributes = &store.attributes;
+        if attributes.has_z() {
+            self.begin_z()?;
+        }
+        for item in &store.items {
+            self.push_record(Record {
+                point: item.point,
+                z: attributes.z(item.position),
+                record: attributes.record(item.position),
+            })?;
+        }
+        Ok(())
+    }
+
+    fn push_record(&mut self, Record { point, z, record }: Record) -> io::Result<()> {
+        let cell = self.index.cell_of(point);
+        self.runs[cell as usize].push(point, self.has_z.then_some(z), record)
+    }
+
+    /// From here on points have z.
+    fn begin_z(&mut self) -> io::Result<()> {
+        if !self.has_z {
+            self.has_z = true;
+            for run in &mut self.runs {
+                run.flush()?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes what is in the buffers, and tells what the runs are by now, and the tree of their cells.
+    pub(crate) fn flush(&mut self) -> io::Result<(Vec<Run>, KdTree)> {
+        let runs: io::Result<_> = self.runs.iter_mut().map(RunWriter::flushed).collect();
+        Ok((runs?, self.tree.clone()))
+    }
+
+    /// Writes what is left in the buffers.
+    pub(crate) fn finish(self) -> io::Result<Spilled> {
+        let runs = self.runs.into_iter().map(RunWriter::finish);
+        Ok(Spilled {
+            tree: self.tree,
+            runs: runs.collect::<io::Result<_>>()?,
+            has_z: self.has_z,
+        })
+    }
+}

@@ -1,0 +1,349 @@
+//! From runs to blocks: runs that are too long are split again, neighbours that are short are joined.
+
+use std::fs::File;
+use std::os::unix::fs::FileExt;
+use std::path::Path;
+use std::{fs, io};
+
+use crate::geometry::Point;
+use crate::pipeline::error::BuildError;
+use crate::pipeline::ingest::spill::plan::{Block, Plan};
+use crate::pipeline::ingest::spill::run::{HEADER, Record, Run, chunk_length, decode_chunk};
+use crate::pipeline::ingest::spill::{SAMPLE, Spill, Spilled};
+use crate::pipeline::options::{DuplicateRule, Duplicates, Progress};
+use crate::shown;
+use crate::store::{KdNode, KdTree, TileId};
+
+/// How large things may be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Limits {
+    /// Points of a block.
+    pub(crate) block_points: u64,
+    /// Cells that points are distributed to at once.
+    pub(crate) cells: usize,
+    /// Bytes of the buffers of all cells together.
+    pub(crate) buffers: usize,
+}
+
+/// A part of the plane: a cell with its run, or two parts.
+enum Part {
+    Run(Run),
+    Cut { cut: KdNode, children: Box<[Part; 2]> },
+}
+
+/// What is known while runs are split.
+struct Splitting<'a> {
+    folder: &'a Path,
+    limits: Limits,
+    rule: DuplicateRule,
+    progress: &'a Progress,
+    has_z: bool,
+    next_run: u32,
+    merged: u64,
+    bytes_read: u64,
+    bytes_rewritten: u64,
+}
+
+/// Makes blocks of runs: each fits in memory, and no two neighbours in the tree could be one.
+pub(crate) fn plan_blocks(
+    spilled: Spilled,
+    folder: &Path,
+    limits: Limits,
+    rule: DuplicateRule,
+    progress: &Progress,
+) -> io::Result<Plan> {
+    let mut splitting = Splitting {
+        folder,
+        limits,
+        rule,
+        progress,
+        has_z: spilled.has_z,
+        next_run: spilled.runs.len() as u32,
+        merged: 0,
+        bytes_read: 0,
+        bytes_rewritten: 0,
+    };
+    let bytes_written = spilled.runs.iter().map(|run| run.length).sum();
+    let points = spilled.runs.iter().map(|run| run.points).sum();
+    if points == 0 {
+        return Ok(Plan::default());
+    }
+    let part = splitting.split(part_of(&spilled.tree, &spilled.runs))?;
+    let (mut nodes, mut blocks) = (Vec::new(), Vec::new());
+    join(part, limits.block_points, &mut nodes, &mut blocks);
+    Ok(Plan {
+        tree: KdTree::new(nodes).map_err(io::Error::other)?,
+        blocks,
+        points,
+        merged: splitting.merged,
+        has_z: splitting.has_z,
+        bytes_read: splitting.bytes_read,
+        bytes_written,
+        bytes_rewritten: splitting.bytes_rewritten,
+    })
+}
+
+fn part_of(tree: &KdTree, runs: &[Run]) -> Part {
+    fn below(tree: &KdTree, node: u32, runs: &[Run]) -> Part {
+        match tree.nodes()[node as usize] {
+            KdNode::Leaf(cell) => Part::Run(runs[cell.0 as usize].clone()),
+            cut @ (KdNode::X { right, .. } | KdNode::Y { right, .. }) => Part::Cut {
+                cut,
+                children: Box::new([below(tree, node + 1, runs), below(tree, right, runs)]),
+            },
+        }
+    }
+    below(tree, 0, runs)
+}
+
+impl Splitting<'_> {
+    /// Splits what is too long.
+    fn split(&mut self, part: Part) -> io::Result<Part> {
+        match part {
+            Part::Cut { cut, children } => {
+                let [left, right] = *children;
+                Ok(Part::Cut {
+                    cut,
+                    children: Box::new([self.split(left)?, self.split(right)?]),
+                })
+            }
+            Part::Run(run) if run.points > self.limits.block_points => {
+                let part = self.split_run(&run)?;
+                self.split(part)
+            }
+            whole => Ok(whole),
+        }
+    }
+
+    /// Distributes a run to cells of its own. At least two get something, or else many equal points become one.
+    fn split_run(&mut self, run: &Run) -> io::Result<Part> {
+        let path = run.path(self.folder);
+        let _span = tracing::debug_span!("split", run = run.number, points = run.points).entered();
+        let mut reader = RunReader::open(&path, run.length)?;
+        let sample = reader.sample()?;
+        let cells = (4 * run.points / self.limits.block_points).min(self.limits.cells as u64) as usize;
+        let mut heavy = Heavy::of(&sample, self.rule);
+        let mut spill = Spill::new(self.folder, &sample, cells.max(4), self.limits.buffers, self.next_run);
+        spill.has_z = self.has_z;
+        reader.offset = 0;
+        let mut chunk = Vec::new();
+        while reader.next(&mut chunk)? {
+            if self.progress.is_cancelled() {
+                return Err(io::ErrorKind::Interrupted.into());
+            }
+            let mut pushed = Ok(());
+            let take = |record: Record| {
+                if pushed.is_ok() && !heavy.take(record) {
+                    pushed = spill.push_record(record);
+                }
+            };
+            decode_chunk(&chunk, take).map_err(|problem| damaged(&path, problem))?;
+            pushed?;
+        }
+        let before = heavy.taken;
+        for record in heavy.kept() {
+            self.merged = self.merged.wrapping_sub(1);
+            spill.push_record(record)?;
+        }
+        self.merged = self.merged.wrapping_add(before);
+        let spilled = spill.finish()?;
+        self.next_run += spilled.runs.len() as u32;
+        self.bytes_read += run.length;
+        self.bytes_rewritten += spilled.runs.iter().map(|run| run.length).sum::<u64>();
+        fs::remove_file(&path)?;
+        Ok(part_of(&spilled.tree, &spilled.runs))
+    }
+}
+
+/// Joins neighbours that together have no more than `most` points to one block. A cell without points goes to its
+/// neighbour.
+fn join(part: Part, most: u64, nodes: &mut Vec<KdNode>, blocks: &mut Vec<Block>) {
+    match part {
+        Part::Cut { cut, children } if points(&children[0]) + points(&children[1]) > most => {
+            let [left, right] = *children;
+            if points(&left) == 0 {
+                return join(right, most, nodes, blocks);
+            } else if points(&right) == 0 {
+                return join(left, most, nodes, blocks);
+            }
+            let place = nodes.len();
+            nodes.push(cut);
+            join(left, most, nodes, blocks);
+            let behind = nodes.len() as u32;
+            if let KdNode::X { right, .. } | KdNode::Y { right, .. } = &mut nodes[place] {
+                *right = behind;
+            }
+            join(right, most, nodes, blocks);
+        }
+        whole => {
+            let mut block = Block::default();
+            gather(whole, &mut block);
+            nodes.push(KdNode::Leaf(TileId(blocks.len() as u32)));
+            blocks.push(block);
+        }
+    }
+}
+
+fn points(part: &Part) -> u64 {
+    match part {
+        Part::Run(run) => run.points,
+        Part::Cut { children, .. } => children.iter().map(points).sum(),
+    }
+}
+
+fn gather(part: Part, block: &mut Block) {
+    match part {
+        Part::Run(run) => {
+            block.points += run.points;
+            block.runs.extend((run.points > 0).then_some(run));
+        }
+        Part::Cut { children, .. } => children.into_iter().for_each(|part| gather(part, block)),
+    }
+}
+
+/// Places at which so many points of a run lie that they are merged while they pass.
+struct Heavy {
+    places: Vec<(Point, Vec<Record>)>,
+    rule: DuplicateRule,
+    taken: u64,
+}
+
+impl Heavy {
+    /// The places that more than a sixteenth of the sample shares.
+    fn of(sample: &[Point], rule: DuplicateRule) -> Self {
+        let mut sorted = sample.to_vec();
+        sorted.sort_unstable_by(|a, b| a.lex_cmp(*b));
+        let groups = sorted.chunk_by(|a, b| a == b);
+        let heavy = groups.filter(|group| group.len() > 1 && group.len() > sample.len() / 16);
+        Self {
+            places: heavy.map(|group| (group[0], Vec::new())).collect(),
+            rule,
+            taken: 0,
+        }
+    }
+
+    /// Takes a point if it lies at such a place.
+    fn take(&mut self, record: Record) -> bool {
+        let Some((_, kept)) = self.places.iter_mut().find(|(place, _)| *place == record.point) else {
+            return false;
+        };
+        self.taken += 1;
+        if self.rule.duplicates == Duplicates::Error && record.record < self.rule.first_end {
+            // The first two are what the error tells.
+            kept.push(record);
+            kept.sort_unstable_by_key(|kept| kept.record);
+            kept.truncate(2);
+        } else if let Some(one) = kept.first_mut() {
+            if self.rule.prefers((record.z, record.record), (one.z, one.record)) {
+                *one = record;
+            }
+        } else {
+            kept.push(record);
+        }
+        true
+    }
+
+    fn kept(self) -> impl Iterator<Item = Record> {
+        self.places.into_iter().flat_map(|(_, kept)| kept)
+    }
+}
+
+/// Reads a run chunk by chunk.
+struct RunReader<'a> {
+    path: &'a Path,
+    file: File,
+    offset: u64,
+    length: u64,
+}
+
+impl<'a> RunReader<'a> {
+    fn open(path: &'a Path, length: u64) -> io::Result<Self> {
+        Ok(Self {
+            path,
+            file: File::open(path)?,
+            offset: 0,
+            length,
+        })
+    }
+
+    /// The length of the chunk at the offset; 0 at the end.
+    fn peek(&self) -> io::Result<usize> {
+        if self.offset == self.length {
+            return Ok(0);
+        }
+        let mut header = [0; HEADER];
+        self.file.read_exact_at(&mut header, self.offset)?;
+        chunk_length(&header, self.length - self.offset).map_err(|problem| damaged(self.path, problem))
+    }
+
+    /// Reads the next chunk; false at the end.
+    fn next(&mut self, chunk: &mut Vec<u8>) -> io::Result<bool> {
+        let length = self.peek()?;
+        chunk.resize(length, 0);
+        self.file.read_exact_at(chunk, self.offset)?;
+        self.offset += length as u64;
+        Ok(length > 0)
+    }
+
+    /// Points from chunks all over the run.
+    fn sample(&mut self) -> io::Result<Vec<Point>> {
+        /// Chunks that are looked at.
+        const CHUNKS: usize = 64;
+        let mut starts = Vec::new();
+        loop {
+            match self.peek()? {
+                0 => break,
+                length => {
+                    starts.push(self.offset);
+                    self.offset += length as u64;
+                }
+            }
+        }
+        let (mut sample, mut chunk) = (Vec::new(), Vec::new());
+        for start in starts.iter().step_by(starts.len().div_ceil(CHUNKS).max(1)) {
+            self.offset = *start;
+            self.next(&mut chunk)?;
+            let mut points = Vec::new();
+            decode_chunk(&chunk, |record| points.push(record.point)).map_err(|problem| damaged(self.path, problem))?;
+            let step = points.len().div_ceil(SAMPLE / CHUNKS);
+            sample.extend(points.into_iter().step_by(step.max(1)));
+        }
+        Ok(sample)
+    }
+}
+
+/// Gives the points of a run, chunk by chunk.
+pub(crate) fn read_points(run: &Run, folder: &Path, take: &mut dyn FnMut(&[Point])) -> io::Result<()> {
+    if run.length == 0 {
+        return Ok(());
+    }
+    let path = run.path(folder);
+    let mut reader = RunReader::open(&path, run.length)?;
+    let (mut chunk, mut points) = (Vec::new(), Vec::new());
+    while reader.next(&mut chunk)? {
+        points.clear();
+        decode_chunk(&chunk, |record| points.push(record.point)).map_err(|problem| damaged(&path, problem))?;
+        take(&points);
+    }
+    Ok(())
+}
+
+/// What is wrong with a run, as an error of reading it.
+pub(crate) fn damaged(path: &Path, problem: &str) -> io::Error {
+    let message = format!("{}: {problem}: the work is damaged, start again", shown::path(path));
+    io::Error::new(io::ErrorKind::InvalidData, message)
+}
+
+/// Fails if runs that will be needed are not there, before anything is changed.
+pub(crate) fn check_runs(blocks: &[Block], folder: &Path) -> Result<(), BuildError> {
+    for run in blocks.iter().flat_map(|block| &block.runs) {
+        let path = run.path(folder);
+        let length = path.metadata().map(|metadata| metadata.len());
+        let length = length.map_err(|error| BuildError::io(&path, "resume: a run is missing; cannot read", error))?;
+        if length < run.length {
+            let error = damaged(&path, "the run is cut short");
+            return Err(BuildError::io(&path, "resume", error));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,221 @@
+//! A run: the points of one cell, in a file of checksummed chunks.
+//!
+//! ```text
+//! chunk   0  CRC-32C of what follows      u32
+//!         4  bytes behind the header      u32
+//!         8  points                       u32
+//!        12  1 if the points have z       u32
+//!        16  x, y of each                 f64
+//!            z of each, if there are any  f64
+//!            record of each, less the one before: zigzag, 7 bits to the byte; the first less 0
+//! ```
+//!
+//! All little-endian. The records of a cell come almost in order, so most take a byte or two.
+
+use std::fs::File;
+use std::io;
+use std::os::unix::fs::FileExt;
+use std::path::{Path, PathBuf};
+
+use crate::constraints::without_z::NO_Z;
+use crate::geometry::Point;
+
+/// Bytes of a chunk's header.
+pub(crate) const HEADER: usize = 16;
+/// The most bytes that a point takes in a chunk.
+const MAX_POINT: usize = 16 + 8 + 10;
+
+/// A point with what goes with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Record {
+    pub(crate) point: Point,
+    pub(crate) z: f64,
+    pub(crate) record: u64,
+}
+
+/// A finished run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Run {
+    /// Its number, which is in the name of its file.
+    pub(crate) number: u32,
+    pub(crate) points: u64,
+    /// Bytes of the file.
+    pub(crate) length: u64,
+}
+
+impl Run {
+    /// The file of the run in the work folder.
+    pub(crate) fn path(&self, folder: &Path) -> PathBuf {
+        path(folder, self.number)
+    }
+}
+
+fn path(folder: &Path, number: u32) -> PathBuf {
+    folder.join(format!("run-{number}"))
+}
+
+/// A run while it is written: whole chunks go to the end of its file.
+#[derive(Debug)]
+pub(crate) struct RunWriter {
+    run: Run,
+    path: PathBuf,
+    /// Made with the first chunk.
+    file: Option<File>,
+    coordinates: Vec<u8>,
+    z: Vec<u8>,
+    records: Vec<u8>,
+    last_record: u64,
+    /// Coordinate bytes at which a chunk is full.
+    capacity: usize,
+}
+
+impl RunWriter {
+    /// Starts a run with a buffer of so many bytes.
+    pub(crate) fn new(folder: &Path, number: u32, buffer: usize) -> Self {
+        Self {
+            run: Run {
+                number,
+                ..Run::default()
+            },
+            path: path(folder, number),
+            file: None,
+            coordinates: Vec::new(),
+            z: Vec::new(),
+            records: Vec::new(),
+            last_record: 0,
+            capacity: (buffer / 20).max(1) * 16,
+        }
+    }
+
+    /// Adds a point; whether the run's points have z must not change.
+    #[inline]
+    pub(crate) fn push(&mut self, point: Point, z: Option<f64>, record: u64) -> io::Result<()> {
+        let coordinates = [point.x.to_le_bytes(), point.y.to_le_bytes()];
+        self.coordinates.extend_from_slice(coordinates.as_flattened());
+        if let Some(z) = z {
+            self.z.extend_from_slice(&z.to_le_bytes());
+        }
+        put_varint(&mut self.records, zigzag(record.wrapping_sub(self.last_record) as i64));
+        self.last_record = record;
+        if self.coordinates.len() >= self.capacity {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Ends the chunk.
+    pub(crate) fn flush(&mut self) -> io::Result<()> {
+        if self.coordinates.is_empty() {
+            return Ok(());
+        }
+        let points = self.coordinates.len() / 16;
+        let length = self.coordinates.len() + self.z.len() + self.records.len();
+        let mut chunk = Vec::with_capacity(HEADER + length);
+        chunk.extend_from_slice(&[0; 4]);
+        for word in [length as u32, points as u32, u32::from(!self.z.is_empty())] {
+            chunk.extend_from_slice(&word.to_le_bytes());
+        }
+        for part in [&mut self.coordinates, &mut self.z, &mut self.records] {
+            chunk.extend_from_slice(part);
+            part.clear();
+        }
+        let crc = crc32c::crc32c(&chunk[4..]);
+        chunk[..4].copy_from_slice(&crc.to_le_bytes());
+        let file = match &mut self.file {
+            Some(file) => file,
+            none => none.insert(File::create(&self.path)?),
+        };
+        file.write_all_at(&chunk, self.run.length)?;
+        self.run.length += chunk.len() as u64;
+        self.run.points += points as u64;
+        self.last_record = 0;
+        Ok(())
+    }
+
+    /// Ends the chunk, and tells what the run is by now.
+    pub(crate) fn flushed(&mut self) -> io::Result<Run> {
+        self.flush()?;
+        Ok(self.run.clone())
+    }
+
+    /// Writes what is left.
+    pub(crate) fn finish(mut self) -> io::Result<Run> {
+        self.flush()?;
+        Ok(self.run)
+    }
+}
+
+/// The length of the chunk that begins so, header included; an error says what is wrong.
+pub(crate) fn chunk_length(header: &[u8; HEADER], left: u64) -> Result<usize, &'static str> {
+    let word = |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
+    let (length, points) = (word(4) as usize, word(8) as usize);
+    if length < points.saturating_mul(17) || length > points.saturating_mul(MAX_POINT) {
+        return Err("the length of a chunk does not fit its points");
+    }
+    if (HEADER + length) as u64 > left {
+        return Err("a chunk reaches beyond the end");
+    }
+    Ok(HEADER + length)
+}
+
+/// Hands on the points of a whole chunk; an error says what is wrong.
+pub(crate) fn decode_chunk(chunk: &[u8], mut take: impl FnMut(Record)) -> Result<(), &'static str> {
+    let word = |at: usize| u32::from_le_bytes([chunk[at], chunk[at + 1], chunk[at + 2], chunk[at + 3]]);
+    if word(0) != crc32c::crc32c(&chunk[4..]) {
+        return Err("the checksum of a chunk is wrong");
+    }
+    let (points, has_z) = (word(8) as usize, word(12) == 1);
+    let body = &chunk[HEADER..];
+    let z_at = points * 16;
+    let records_at = z_at + if has_z { points * 8 } else { 0 };
+    let (Some(coordinates), Some(z), Some(mut records)) =
+        (body.get(..z_at), body.get(z_at..records_at), body.get(records_at..))
+    else {
+        return Err("a chunk is shorter than its points");
+    };
+    let (coordinates, _) = coordinates.as_chunks::<16>();
+    let (z, _) = z.as_chunks::<8>();
+    let mut record = 0u64;
+    for (index, point) in coordinates.iter().enumerate() {
+        let (numbers, _) = point.as_chunks::<8>();
+        let step = take_varint(&mut records).ok_or("the records of a chunk end early")?;
+        record = record.wrapping_add(unzigzag(step) as u64);
+        take(Record {
+            point: Point::new(f64::from_le_bytes(numbers[0]), f64::from_le_bytes(numbers[1])),
+            z: z.get(index).map_or(NO_Z, |&z| f64::from_le_bytes(z)),
+            record,
+        });
+    }
+    Ok(())
+}
+
+fn zigzag(value: i64) -> u64 {
+    ((value << 1) ^ (value >> 63)) as u64
+}
+
+fn unzigzag(value: u64) -> i64 {
+    (value >> 1) as i64 ^ -((value & 1) as i64)
+}
+
+#[inline]
+fn put_varint(bytes: &mut Vec<u8>, mut value: u64) {
+    while value >= 0x80 {
+        bytes.push(value as u8 | 0x80);
+        value >>= 7;
+    }
+    bytes.push(value as u8);
+}
+
+#[inline]
+fn take_varint(bytes: &mut &[u8]) -> Option<u64> {
+    let mut value = 0;
+    for shift in (0..64).step_by(7) {
+        let (&byte, rest) = bytes.split_first()?;
+        *bytes = rest;
+        value |= u64::from(byte & 0x7f) << shift;
+        if byte < 0x80 {
+            return Some(value);
+        }
+    }
+    None
+}

@@ -1,0 +1,312 @@
+//! What a build can be told, and how it tells how far it is.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
+
+use crate::input::MissingZ;
+use crate::mesh::EngineKind;
+use crate::pipeline::error::BuildError;
+use crate::pipeline::memory;
+
+/// How to build a tile file.
+#[derive(Clone, Debug)]
+pub struct BuildOptions {
+    /// The most vertices of a tile, from [`MIN_TILE_VERTICES`](Self::MIN_TILE_VERTICES) to
+    /// [`MAX_TILE_VERTICES`](Self::MAX_TILE_VERTICES).
+    pub tile_vertices: usize,
+    /// The most seam vertices that one merge takes in, unless even two seams have more.
+    pub merge_vertices: usize,
+    /// Threads that compute.
+    pub threads: usize,
+    /// Bytes of memory that the build may use: what it asks of the allocator. An allocator may keep more of what was given back. With
+    /// glibc this is little if there is one arena (`M_ARENA_MAX`) and large allocations are mapped (`M_MMAP_THRESHOLD`).
+    pub memory: u64,
+    /// The in-core engine.
+    pub engine: EngineKind,
+    /// Which of several points at one place is kept.
+    pub duplicates: Duplicates,
+    /// What to do with segments that cross.
+    pub crossings: Crossings,
+    /// Whether segments are split where they cross the borders of cells.
+    pub steiner: Steiner,
+    /// What to do with vertices that have no z where others have.
+    pub missing_z: MissingZ,
+    /// Whether regions that reach the hull without a constraint are holes, as the outside of a PSLG is for Triangle.
+    pub exterior_is_hole: bool,
+    /// Whether an output that exists is replaced.
+    pub force: bool,
+    /// The folder that work is spilled to; without it that beside the output in which the file is completed.
+    pub work_folder: Option<PathBuf>,
+    /// What tells the points of this build from those of others: a line for each input and what decides how it is read.
+    /// With it, a build that outgrew the memory keeps its work where it is interrupted, and can be resumed.
+    pub resumable: Option<String>,
+    /// Whether to go on with the work of an interrupted build, if there is any. It must have been `resumable` with the same
+    /// text, and of the same tile size, rule for duplicates and work folder.
+    pub resume: bool,
+    /// How far the build is, for others to look at, and the way to stop it.
+    pub progress: Arc<Progress>,
+}
+
+impl BuildOptions {
+    /// The smallest value of `tile_vertices`.
+    pub const MIN_TILE_VERTICES: usize = 4;
+    /// The largest value of `tile_vertices`.
+    pub const MAX_TILE_VERTICES: usize = 1 << 18;
+
+    /// Fails if an option is out of its range.
+    pub(crate) fn check(&self) -> Result<(), BuildError> {
+        let tile_vertices = Self::MIN_TILE_VERTICES..=Self::MAX_TILE_VERTICES;
+        for (option, found, range) in [
+            ("tile vertices", self.tile_vertices, tile_vertices),
+            ("threads", self.threads, 1..=1024),
+        ] {
+            if !range.contains(&found) {
+                return Err(BuildError::Option {
+                    option,
+                    min: *range.start(),
+                    max: *range.end(),
+                    found,
+                });
+            }
+        }
+        if self.resume && self.resumable.is_none() {
+            return Err(BuildError::NotResumable);
+        }
+        Ok(())
+    }
+
+    /// What a build that is resumed must have in common with the one before.
+    pub(crate) fn identity(&self) -> String {
+        let inputs = self.resumable.as_deref().unwrap_or_default();
+        let Self {
+            tile_vertices,
+            duplicates,
+            work_folder,
+            ..
+        } = self;
+        let spill = work_folder
+            .as_deref()
+            .map(|folder| std::path::absolute(folder).unwrap_or_default());
+        format!("tile vertices: {tile_vertices}\nduplicates: {duplicates}\nspilled to: {spill:?}\n{inputs}")
+    }
+}
+
+impl Default for BuildOptions {
+    fn default() -> Self {
+        Self {
+            tile_vertices: 1 << 16,
+            merge_vertices: 1 << 16,
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+            memory: memory::default_memory(),
+            engine: EngineKind::default(),
+            duplicates: Duplicates::default(),
+            crossings: Crossings::default(),
+            steiner: Steiner::default(),
+            missing_z: MissingZ::default(),
+            exterior_is_hole: false,
+            force: false,
+            work_folder: None,
+            resumable: None,
+            resume: false,
+            progress: Arc::default(),
+        }
+    }
+}
+
+/// Whether vertices are added where none is needed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Steiner {
+    /// No.
+    #[default]
+    Never,
+    /// Where segments cross the borders of the cells that points are spilled to, as in Wu's thesis; points that fit in memory lie in one
+    /// cell. A border's crossing points are computed exactly and rounded once, and segments bent through them, like those of segments
+    /// that are [split](Crossings::Split); they must fit in memory. The triangles then depend on the cells, and so on what
+    /// fits in the memory, which nothing else makes them do.
+    Borders,
+}
+
+/// What to do with segments that cross where no vertex lies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Crossings {
+    /// The build fails, and tells of the first ones.
+    #[default]
+    Error,
+    /// Their crossing points, computed exactly and rounded once, become vertices, and the segments are bent through them; again
+    /// until nothing crosses. All segments must fit in memory. Where rings of an obstacle are inside out, as one lobe of a ring that
+    /// crosses itself, it covers all the same, which is an error otherwise.
+    Split,
+}
+
+/// Which of several points at one place is kept. It does not depend on the order of arrival.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Duplicates {
+    /// The one of the smallest record number.
+    #[default]
+    First,
+    /// The one of the lowest z; among those the first.
+    Lowest,
+    /// The one of the highest z; among those the first.
+    Highest,
+    /// None: the build fails.
+    Error,
+}
+
+/// Which of several points at one place is kept.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DuplicateRule {
+    pub(crate) duplicates: Duplicates,
+    /// From this record number on points are ends of segments, which give way to others.
+    pub(crate) first_end: u64,
+}
+
+impl DuplicateRule {
+    /// Whether of two points, each with its z and record number, the first is kept. Of ends of
+    /// lines and sites one with z is kept rather than one without.
+    pub(crate) fn prefers(self, a: (f64, u64), b: (f64, u64)) -> bool {
+        match (a.1 >= self.first_end, b.1 >= self.first_end) {
+            (false, false) => self.duplicates.prefers(a, b),
+            (true, true) => (a.0.is_nan(), a.1) < (b.0.is_nan(), b.1),
+            _ => a.1 < b.1,
+        }
+    }
+}
+
+impl Duplicates {
+    const NAMES: [(Self, &'static str); 4] = [
+        (Self::First, "first"),
+        (Self::Lowest, "lowest"),
+        (Self::Highest, "highest"),
+        (Self::Error, "error"),
+    ];
+}
+
+impl Duplicates {
+    /// Whether a record with z and number is kept rather than another.
+    pub(crate) fn prefers(self, (z, record): (f64, u64), (other_z, other): (f64, u64)) -> bool {
+        let by_z = match self {
+            Self::First | Self::Error => std::cmp::Ordering::Equal,
+            Self::Lowest => z.total_cmp(&other_z),
+            Self::Highest => other_z.total_cmp(&z),
+        };
+        // Without z it is neither lower nor higher than another.
+        let by_z = match (self, z.is_nan() || other_z.is_nan()) {
+            (Self::Lowest | Self::Highest, true) => z.is_nan().cmp(&other_z.is_nan()),
+            _ => by_z,
+        };
+        by_z.then(record.cmp(&other)).is_lt()
+    }
+}
+
+impl fmt::Display for Duplicates {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = Self::NAMES.iter().find(|(value, _)| value == self).map_or("", |n| n.1);
+        f.write_str(name)
+    }
+}
+
+/// No rule for duplicates has this name.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("duplicates are kept first, lowest or highest, or are an error, not '{0}'")]
+pub struct UnknownDuplicates(String);
+
+impl FromStr for Duplicates {
+    type Err = UnknownDuplicates;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        let found = Self::NAMES.iter().find(|n| n.1 == name);
+        found.map(|n| n.0).ok_or_else(|| UnknownDuplicates(name.to_owned()))
+    }
+}
+
+/// The phases of a build, in order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Phase {
+    /// Points come in.
+    Read,
+    /// The plane is cut into cells.
+    Divide,
+    /// Tiles are triangulated and their seams merged.
+    Conquer,
+    /// Borders are put together.
+    Borders,
+    /// The directory is written and the file gets its name.
+    Finish,
+}
+
+impl Phase {
+    /// All phases.
+    pub const ALL: [Self; 5] = [Self::Read, Self::Divide, Self::Conquer, Self::Borders, Self::Finish];
+
+    /// The name of the phase in summaries.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Read => "read",
+            Self::Divide => "divide",
+            Self::Conquer => "conquer",
+            Self::Borders => "borders",
+            Self::Finish => "finish",
+        }
+    }
+}
+
+/// How far a build is. Shared between the build and those who look on.
+#[derive(Debug, Default)]
+pub struct Progress {
+    phase: AtomicU8,
+    done: AtomicU64,
+    total: AtomicU64,
+    points: AtomicU64,
+    cancelled: AtomicBool,
+}
+
+impl Progress {
+    /// The phase, and how many of its steps are done, of how many: points while they are read (the total is 0, for it is not
+    /// known) and conquered, tiles when borders are made.
+    #[must_use]
+    pub fn state(&self) -> (Phase, u64, u64) {
+        let phase = Phase::ALL[usize::from(self.phase.load(Ordering::Relaxed))];
+        (
+            phase,
+            self.done.load(Ordering::Relaxed),
+            self.total.load(Ordering::Relaxed),
+        )
+    }
+
+    /// Points that went through the phase so far.
+    #[must_use]
+    pub fn points(&self) -> u64 {
+        self.points.load(Ordering::Relaxed)
+    }
+
+    /// Asks the build to stop, which it does with [`BuildError::Cancelled`](crate::pipeline::error::BuildError::Cancelled).
+    pub fn cancel(&self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether the build was asked to stop.
+    #[must_use]
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn start(&self, phase: Phase, total: u64) {
+        self.points.store(0, Ordering::Relaxed);
+        self.done.store(0, Ordering::Relaxed);
+        self.total.store(total, Ordering::Relaxed);
+        self.phase.store(phase as u8, Ordering::Relaxed);
+    }
+
+    pub(crate) fn advance(&self, steps: u64, points: u64) {
+        self.done.fetch_add(steps, Ordering::Relaxed);
+        self.points.fetch_add(points, Ordering::Relaxed);
+    }
+}

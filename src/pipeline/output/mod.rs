@@ -1,0 +1,5 @@
+//! What goes to disk while the build runs: extents in leaf order, finished blocks, and the border log.
+
+pub(super) mod border_log;
+pub(super) mod ordered;
+pub(super) mod writer;

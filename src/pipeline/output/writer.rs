@@ -1,0 +1,224 @@
+//! The writing side of a build: extents go to the file in the order they come, finished blocks to the journal.
+//!
+//! A block is entered in the journal once its cores were written and both the file and the border log are on the medium. Where
+//! there is no journal, the file alone is synced again and again. Both are waited for beside the writing, not by it, and keep
+//! the disk busy all the time, so that little is left for the end.
+
+use std::collections::VecDeque;
+use std::fs::File;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::{fs, io};
+
+use bytes::Bytes;
+use tokio::sync::mpsc;
+use tokio::task::JoinHandle;
+use tracing::Instrument;
+
+use crate::io::{ThreadsFile, WriteAt, blocking};
+use crate::pipeline::error::BuildError;
+use crate::pipeline::ingest::spill::plan::Block;
+use crate::pipeline::records::Seam;
+use crate::pipeline::resume::journal;
+use crate::pipeline::resume::journal::FinishedBlock;
+use crate::pipeline::work_folder::WorkFolder;
+use crate::store::{Directory, Extent as Written, TileWriter};
+
+/// What comes to be written.
+#[derive(Debug)]
+pub(crate) enum Extent {
+    Core(Bytes),
+    Border(Bytes),
+    /// A block is done, but for its cores that may still be on the way.
+    Finished(Box<(FinishedBlock, Seam)>),
+}
+
+pub(crate) type Sender = mpsc::Sender<Extent>;
+
+/// Bytes of the file between one sync and the next, where there is no journal.
+const SYNC_BYTES: u64 = 32 << 20;
+
+/// The journal, and what an entry depends on.
+#[derive(Debug)]
+pub(crate) struct Journal {
+    pub(crate) file: Arc<File>,
+    /// Of entries that stand in it.
+    pub(crate) length: u64,
+    pub(crate) border_log: Arc<File>,
+    /// The blocks, whose runs go away with their entry, and where these are: an entry holds the lock until it is done.
+    pub(crate) blocks: Arc<Vec<Block>>,
+    pub(crate) folder: Arc<WorkFolder>,
+}
+
+/// The file that is written.
+pub(crate) struct Output {
+    writer: TileWriter<ThreadsFile>,
+    file: ThreadsFile,
+    path: PathBuf,
+    cores: Vec<Written>,
+    borders: Vec<Written>,
+    journal: Option<Journal>,
+    /// Blocks that are done, by the tile at which they end; not yet in the journal.
+    finished: VecDeque<(FinishedBlock, Seam)>,
+    next_block: u32,
+    /// Tiles of the blocks that are in the journal or on the way into it.
+    entered_tiles: usize,
+    /// The entry, or the sync, that is on its way.
+    beside: Option<JoinHandle<io::Result<()>>>,
+    /// Bytes of the file when it was last synced.
+    synced: u64,
+    journal_bytes: u64,
+}
+
+impl Output {
+    /// Goes on with a file behind the cores that stand in it.
+    pub(crate) fn new(
+        file: ThreadsFile,
+        path: PathBuf,
+        cores: Vec<Written>,
+        journal: Option<Journal>,
+        next_block: u32,
+    ) -> Self {
+        let writer = match cores.last() {
+            Some(last) => TileWriter::behind(file.clone(), last.range().end),
+            None => TileWriter::new(file.clone()),
+        };
+        Self {
+            writer,
+            file,
+            path,
+            entered_tiles: cores.len(),
+            cores,
+            borders: Vec::new(),
+            journal,
+            finished: VecDeque::new(),
+            next_block,
+            beside: None,
+            synced: 0,
+            journal_bytes: 0,
+        }
+    }
+
+    /// Writes all that comes.
+    pub(crate) async fn write_all(&mut self, mut extents: mpsc::Receiver<Extent>) -> Result<(), BuildError> {
+        while let Some(extent) = extents.recv().await {
+            let span = tracing::trace_span!("write");
+            let written = self.take(extent).instrument(span).await;
+            written.map_err(|error| BuildError::io(&self.path, "write", error))?;
+            // One after the other; the next starts with the extent that comes after.
+            if self.beside.as_ref().is_some_and(|beside| !beside.is_finished()) {
+                continue;
+            }
+            self.join_beside().await?;
+            match self.journal {
+                Some(_) => self.enter_block().await?,
+                None => self.start_sync(),
+            }
+        }
+        self.join_beside().await
+    }
+
+    async fn take(&mut self, extent: Extent) -> io::Result<()> {
+        match extent {
+            Extent::Core(bytes) => self.cores.push(self.writer.append_core(&bytes).await?),
+            Extent::Border(bytes) => self.borders.push(self.writer.append_border(&bytes).await?),
+            Extent::Finished(block) => {
+                let place = self.finished.partition_point(|other| other.0.number < block.0.number);
+                self.finished.insert(place, *block);
+            }
+        }
+        Ok(())
+    }
+
+    /// Starts to sync what was written, if it is worth it.
+    fn start_sync(&mut self) {
+        let length = self.writer.length();
+        if length - self.synced >= SYNC_BYTES {
+            self.synced = length;
+            let file = self.file.clone();
+            self.beside = Some(tokio::spawn(file.sync_and_release()));
+        }
+    }
+
+    /// Starts the entry of the next block, if its cores were written.
+    async fn enter_block(&mut self) -> Result<(), BuildError> {
+        let next = self
+            .finished
+            .front()
+            .filter(|(block, _)| block.number == self.next_block);
+        let Some(end) = next.map(|(block, _)| self.entered_tiles + block.found.tiles.len()) else {
+            return Ok(());
+        };
+        if end > self.cores.len() {
+            return Ok(());
+        }
+        let (Some((mut block, seam)), Some(journal)) = (self.finished.pop_front(), &mut self.journal) else {
+            return Ok(());
+        };
+        self.writer
+            .flush()
+            .await
+            .map_err(|error| BuildError::io(&self.path, "write", error))?;
+        block.cores = self.cores[self.entered_tiles..end].to_vec();
+        self.entered_tiles = end;
+        self.next_block += 1;
+        let entry = journal::encode(&block, &seam);
+        let offset = journal.length;
+        journal.length += entry.len() as u64;
+        self.journal_bytes += entry.len() as u64;
+        let (tiles, border_log, file) = (
+            self.file.clone(),
+            ThreadsFile::from(Arc::clone(&journal.border_log)),
+            ThreadsFile::from(Arc::clone(&journal.file)),
+        );
+        let (blocks, folder) = (Arc::clone(&journal.blocks), Arc::clone(&journal.folder));
+        let span = tracing::debug_span!("enter", block = block.number);
+        let enter = async move {
+            tiles.sync_and_release().await?;
+            border_log.sync().await?;
+            file.write_at(offset, entry.into()).await?;
+            file.sync().await?;
+            // Nobody will read the runs again. If one stays, it goes with the folder.
+            let removed = blocking(move || {
+                for run in &blocks[block.number as usize].runs {
+                    let _ = fs::remove_file(run.path(folder.spill()));
+                }
+            });
+            removed.await
+        };
+        self.beside = Some(tokio::spawn(enter.instrument(span)));
+        Ok(())
+    }
+
+    /// Waits for the entry, or the sync, that is on its way.
+    async fn join_beside(&mut self) -> Result<(), BuildError> {
+        let Some(beside) = self.beside.take() else {
+            return Ok(());
+        };
+        let done = beside.await.map_err(io::Error::other).and_then(|done| done);
+        let what = match self.journal {
+            Some(_) => "note a finished block beside",
+            None => "sync",
+        };
+        done.map_err(|error| BuildError::io(&self.path, what, error))
+    }
+
+    /// The extents of cores and borders.
+    pub(crate) fn extents(&self) -> (&[Written], &[Written]) {
+        (&self.cores, &self.borders)
+    }
+
+    /// Bytes of the journal that were written.
+    pub(crate) fn journal_bytes(&self) -> u64 {
+        self.journal_bytes
+    }
+
+    /// Completes the file, which may be a draft that is changed yet and need not be on the medium. Returns its length, and how many bytes
+    /// that added.
+    pub(crate) async fn finish(self, directory: &Directory, is_draft: bool) -> Result<(u64, u64), BuildError> {
+        let before = self.writer.length();
+        let finished = self.writer.draft(is_draft).finish(directory).await;
+        let length = finished.map_err(|error| BuildError::io(&self.path, "finish", error))?;
+        Ok((length, length - before))
+    }
+}

@@ -1,0 +1,4 @@
+//! What a build that was interrupted goes on from.
+
+mod codec;
+pub(super) mod journal;
