@@ -11,6 +11,7 @@ mod divide_conquer;
 mod engine;
 #[cfg(feature = "spade")]
 mod spade_engine;
+mod topology;
 mod triangulation;
 pub(crate) mod vertex_index;
 
@@ -18,6 +19,7 @@ pub(crate) use cavity::Cavity;
 pub use constrained::{Constrained, Crossing, Inserter};
 pub(crate) use constrained::{Stars, Step, WALLS};
 pub use engine::{Engine, EngineKind, UnknownEngine};
+pub use topology::{Topology, Twin};
 pub(crate) use triangulation::smallest_first;
 pub use triangulation::{NONE, Triangulation, next_side, prev_side};
 

@@ -1,0 +1,81 @@
+//! Half-edges of triangles that lie in arrays, and their arithmetic.
+
+/// A half-edge of a triangulation: `3 * triangle + corner`, where `corner` is the one that it starts at.
+///
+/// ```text
+///          c            3t+0: a → b
+///        /   \          3t+1: b → c
+///     2 /  t  \ 1       3t+2: c → a
+///      /       \
+///     a ─────── b
+///          0
+/// ```
+///
+/// # Example
+///
+/// ```
+/// use delaunay_tiles::geometry::HalfEdge;
+///
+/// let edge = HalfEdge::new(7, 2);
+/// assert_eq!((edge.triangle(), edge.corner()), (7, 2));
+/// assert_eq!(edge.next(), HalfEdge::new(7, 0));
+/// assert_eq!(edge.prev(), HalfEdge::new(7, 1));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(transparent)]
+pub struct HalfEdge(pub u32);
+
+impl HalfEdge {
+    /// The half-edge that starts at `corner` (0, 1 or 2) of `triangle`.
+    #[inline]
+    #[must_use]
+    pub const fn new(triangle: u32, corner: u32) -> Self {
+        Self(3 * triangle + corner)
+    }
+
+    /// The three half-edges of a triangle, counter-clockwise.
+    #[inline]
+    #[must_use]
+    pub const fn of_triangle(triangle: u32) -> [Self; 3] {
+        [Self(3 * triangle), Self(3 * triangle + 1), Self(3 * triangle + 2)]
+    }
+
+    /// The triangle on its left, to which it belongs.
+    #[inline]
+    #[must_use]
+    pub const fn triangle(self) -> u32 {
+        self.0 / 3
+    }
+
+    /// The corner of its triangle that it starts at: 0, 1 or 2.
+    #[inline]
+    #[must_use]
+    pub const fn corner(self) -> u32 {
+        self.0 % 3
+    }
+
+    /// The next half-edge of the same triangle, counter-clockwise.
+    #[inline]
+    #[must_use]
+    pub const fn next(self) -> Self {
+        Self(if self.0 % 3 == 2 { self.0 - 2 } else { self.0 + 1 })
+    }
+
+    /// The previous half-edge of the same triangle.
+    #[inline]
+    #[must_use]
+    pub const fn prev(self) -> Self {
+        Self(if self.0.is_multiple_of(3) {
+            self.0 + 2
+        } else {
+            self.0 - 1
+        })
+    }
+
+    /// Its place in an array that has an entry for each half-edge.
+    #[inline]
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+}
