@@ -22,11 +22,7 @@ use futures::stream::TryStreamExt;
 use support::{Random, Scratch, batches, build_batches, built, distinct, points_of, reference, runtime};
 
 fn options(tile_vertices: usize) -> BuildOptions {
-    BuildOptions {
-        tile_vertices,
-        threads: 2,
-        ..BuildOptions::default()
-    }
+    BuildOptions::default().tile_vertices(tile_vertices).threads(2)
 }
 
 /// Runs something that must come to an end.
@@ -40,10 +36,7 @@ fn check(points: &[Point]) {
     let expected = reference(EngineKind::Native, points);
     let vertices = distinct(points);
     for (tile_vertices, engine) in [4, 8, 65536].into_iter().zip(EngineKind::ALL.iter().cycle()) {
-        let options = BuildOptions {
-            engine: *engine,
-            ..options(tile_vertices)
-        };
+        let options = options(tile_vertices).engine(*engine);
         in_time(async {
             let (_scratch, reader) = built(points, options).await;
             check_file(&reader, &vertices).await;
@@ -254,10 +247,7 @@ fn which_duplicate_is_kept_does_not_depend_on_arrival() {
                 let batches = permuted(&mut random, &set);
                 in_time(async {
                     let scratch = Scratch::new();
-                    let options = BuildOptions {
-                        duplicates: rule,
-                        ..options(tile_vertices)
-                    };
+                    let options = options(tile_vertices).duplicates(rule);
                     let summary = build_batches(&scratch.path, &batches, options).await.unwrap();
                     assert_eq!(summary.duplicates + summary.vertices, 600);
                     let reader = scratch.open().await;
@@ -292,11 +282,9 @@ fn duplicates_as_an_error_are_the_same_two_records_always() {
     for round in 0..40 {
         let batches = permuted(&mut random, &set);
         let scratch = Scratch::new();
-        let options = BuildOptions {
-            duplicates: Duplicates::Error,
-            threads: 1 + round % 4,
-            ..options([4, 16, 65536][round % 3])
-        };
+        let options = options([4, 16, 65536][round % 3])
+            .duplicates(Duplicates::Error)
+            .threads(1 + round % 4);
         match in_time(build_batches(&scratch.path, &batches, options)) {
             Err(BuildError::Duplicate { records, point }) => {
                 assert_eq!((records, point), (expected, set[later].0), "round {round}");
@@ -311,7 +299,7 @@ fn duplicates_as_an_error_are_the_same_two_records_always() {
 fn outputs_that_cannot_be() {
     let scratch = Scratch::new();
     let start = |path: &Path, force| {
-        let options = BuildOptions { force, ..options(8) };
+        let options = options(8).force(force);
         Builder::new(path, options).map(|_| ())
     };
     fs::write(&scratch.path, "mine").unwrap();
@@ -329,10 +317,7 @@ fn outputs_that_cannot_be() {
     assert!(matches!(start(Path::new(""), true), Err(BuildError::Io { .. })));
     assert_eq!(fs::read_dir(folder).unwrap().count(), 1);
     // With force it is replaced, once the build has succeeded.
-    let options = BuildOptions {
-        force: true,
-        ..options(8)
-    };
+    let options = options(8).force(true);
     let input = points_of(Kind::Uniform, 50, 1);
     in_time(build_batches(&scratch.path, &batches(&input, &[]), options)).unwrap();
     in_time(async { scratch.open().await.verify(true).await.unwrap() });
@@ -435,11 +420,9 @@ fn builds_that_are_cancelled() {
     let mut cancelled_in = [0; 5];
     for round in 0..60u64 {
         let progress = Arc::<Progress>::default();
-        let options = BuildOptions {
-            progress: Arc::clone(&progress),
-            threads: 1 + round as usize % 4,
-            ..options(8)
-        };
+        let options = options(8)
+            .progress(Arc::clone(&progress))
+            .threads(1 + round as usize % 4);
         let others = Arc::clone(&progress);
         let result = in_time(async {
             let wanted = Phase::ALL[round as usize % 5];
@@ -475,7 +458,7 @@ fn budgets_and_options_out_of_range() {
     let scratch = Scratch::new();
     let input = batches(&points_of(Kind::Uniform, 5000, 1), &[]);
     for memory in [0, 1, 20_000] {
-        let options = BuildOptions { memory, ..options(64) };
+        let options = options(64).memory(memory);
         let result = in_time(build_batches(&scratch.path, &input, options));
         assert!(
             matches!(result, Err(BuildError::Memory(MemoryShortage { of: MemoryUse::Tile, budget, .. })) if budget == memory),
@@ -488,7 +471,7 @@ fn budgets_and_options_out_of_range() {
         assert!(matches!(result, Err(BuildError::Option { .. })), "{result:?}");
     }
     for threads in [0, usize::MAX] {
-        let options = BuildOptions { threads, ..options(8) };
+        let options = options(8).threads(threads);
         assert!(matches!(
             Builder::new(&scratch.path, options),
             Err(BuildError::Option { .. })
@@ -504,11 +487,7 @@ fn more_threads_than_tiles() {
         let expected = reference(EngineKind::Native, &input);
         for threads in 1..=8 {
             for merge_vertices in [0, 16, 1 << 16] {
-                let options = BuildOptions {
-                    threads,
-                    merge_vertices,
-                    ..options(4)
-                };
+                let options = options(4).threads(threads).merge_vertices(merge_vertices);
                 let digest = in_time(async { built(&input, options).await.1.digest().await.unwrap() });
                 assert_eq!(digest, expected, "{n} points, {threads} threads");
             }

@@ -41,14 +41,12 @@ async fn build(
     (tile_vertices, merge_vertices, threads, memory): Way,
 ) -> Result<(BuildSummary, Digest), BuildError> {
     let scratch = Scratch::new();
-    let options = BuildOptions {
-        tile_vertices,
-        merge_vertices,
-        threads,
-        memory,
-        crossings,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default()
+        .tile_vertices(tile_vertices)
+        .merge_vertices(merge_vertices)
+        .threads(threads)
+        .memory(memory)
+        .crossings(crossings);
     let mut builder = Builder::new(&scratch.path, options)?;
     let batch = SegmentBatch {
         ends: lines.iter().map(|(_, ends)| *ends).collect(),
@@ -143,12 +141,10 @@ type LineSet<'a> = (LineKind, u64, &'a [Segment], &'a [[f64; 2]]);
 /// z of the vertices of a build from lines of several kinds, whose batches have z or none.
 async fn heights(sets: &[LineSet<'_>], tile_vertices: usize) -> Vec<(Point, Option<f64>)> {
     let scratch = Scratch::new();
-    let options = BuildOptions {
-        tile_vertices,
-        crossings: Crossings::Split,
-        missing_z: MissingZ::Zero,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default()
+        .tile_vertices(tile_vertices)
+        .crossings(Crossings::Split)
+        .missing_z(MissingZ::Zero);
     let mut builder = Builder::new(&scratch.path, options).unwrap();
     for &(kind, first, ends, z) in sets {
         let batch = SegmentBatch {

@@ -126,11 +126,7 @@ impl Input {
                 points: self.points.iter().chain(ends).copied().collect(),
                 segments: first.to_vec(),
             };
-            let options = BuildOptions {
-                tile_vertices,
-                memory: ENOUGH,
-                ..BuildOptions::default()
-            };
+            let options = BuildOptions::default().tile_vertices(tile_vertices).memory(ENOUGH);
             match start.build(&scratch, options).await {
                 Ok(built) if built.triangles > 0 => {}
                 Ok(_) => continue,
@@ -196,13 +192,11 @@ fn check(mut input: Input, ways: &[Way]) -> u64 {
             ways.iter().flat_map(|way| [(way, &input), (way, &turned)])
         {
             let scratch = Scratch::new();
-            let options = BuildOptions {
-                tile_vertices,
-                merge_vertices,
-                threads,
-                memory,
-                ..BuildOptions::default()
-            };
+            let options = BuildOptions::default()
+                .tile_vertices(tile_vertices)
+                .merge_vertices(merge_vertices)
+                .threads(threads)
+                .memory(memory);
             let name = input.name;
             let way =
                 format!("{name}: tiles of {tile_vertices}, merges of {merge_vertices}, {threads} threads, {memory}");
@@ -426,10 +420,7 @@ fn what_cannot_be_built() {
                 points: points.to_vec(),
                 segments: segments.to_vec(),
             };
-            let options = BuildOptions {
-                progress: Arc::default(),
-                ..BuildOptions::default()
-            };
+            let options = BuildOptions::default().progress(Arc::default());
             let built = input
                 .build(&scratch, options)
                 .await

@@ -34,12 +34,10 @@ async fn build_line(
     ends: &[Segment],
     (tile_vertices, memory): (usize, u64),
 ) -> Result<BuildSummary, BuildError> {
-    let options = BuildOptions {
-        tile_vertices,
-        memory,
-        threads: 2,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default()
+        .tile_vertices(tile_vertices)
+        .memory(memory)
+        .threads(2);
     let mut builder = Builder::new(&scratch.path, options)?;
     let batch = SegmentBatch {
         ends: ends.to_vec(),
@@ -121,12 +119,7 @@ fn what_edges_know_is_limited_by_the_memory() {
         runtime().block_on(async {
             for (memory, is_enough) in [(64 << 20, false), (2 << 30, true)] {
                 let scratch = Scratch::new();
-                let options = BuildOptions {
-                    memory,
-                    threads: 1,
-                    tile_vertices: 1 << 12,
-                    ..BuildOptions::default()
-                };
+                let options = BuildOptions::default().memory(memory).threads(1).tile_vertices(1 << 12);
                 match input.build(&scratch, options).await {
                     Ok(summary) => assert!(is_enough && summary.constraint_edges >= 2999),
                     Err(BuildError::Memory(MemoryShortage {

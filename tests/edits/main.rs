@@ -23,10 +23,7 @@ async fn grid_in_tiles_of(tile_vertices: usize) -> Scratch {
     let points: Vec<Point> = (0..900)
         .map(|i| Point::new(f64::from(i % 30), f64::from(i / 30)))
         .collect();
-    let options = BuildOptions {
-        tile_vertices,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default().tile_vertices(tile_vertices);
     built(&points, options).await.0
 }
 

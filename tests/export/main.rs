@@ -18,10 +18,7 @@ use parsers::{Parsed, parse};
 use support::{Scratch, batches, build_batches, built, points_of, runtime};
 
 fn tiles_of(tile_vertices: usize) -> BuildOptions {
-    BuildOptions {
-        tile_vertices,
-        ..BuildOptions::default()
-    }
+    BuildOptions::default().tile_vertices(tile_vertices)
 }
 
 /// What the file has.

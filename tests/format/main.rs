@@ -20,11 +20,7 @@ use reader::{Across, File};
 use support::{Scratch, batches, file_bytes, open_bytes, points_of, reference, runtime};
 
 fn options(tile_vertices: usize) -> BuildOptions {
-    BuildOptions {
-        tile_vertices,
-        threads: 2,
-        ..BuildOptions::default()
-    }
+    BuildOptions::default().tile_vertices(tile_vertices).threads(2)
 }
 
 fn built(points: &[Point], z: &[f64], tile_vertices: usize) -> Vec<u8> {

@@ -23,21 +23,17 @@ use support::{Random, Scratch, batches, build_batches, points_of, reference, run
 const LITTLE: u64 = 1_500_000;
 
 fn options(memory: u64, threads: usize) -> BuildOptions {
-    BuildOptions {
-        tile_vertices: 1000,
-        memory,
-        threads,
-        ..BuildOptions::default()
-    }
+    BuildOptions::default()
+        .tile_vertices(1000)
+        .memory(memory)
+        .threads(threads)
 }
 
 /// A build that can be resumed.
 fn resumable(resume: bool) -> BuildOptions {
-    BuildOptions {
-        resumable: Some("points: 1\nothers: 2".to_owned()),
-        resume,
-        ..options(2_500_000, 2)
-    }
+    options(2_500_000, 2)
+        .resumable(Some("points: 1\nothers: 2".to_owned()))
+        .resume(resume)
 }
 
 async fn digest_of(scratch: &Scratch) -> Digest {
@@ -134,10 +130,7 @@ fn runs_of_equal_points_are_merged() {
     runtime().block_on(async {
         for rule in [Duplicates::First, Duplicates::Lowest, Duplicates::Highest] {
             let scratch = Scratch::new();
-            let options = BuildOptions {
-                duplicates: rule,
-                ..options(LITTLE, 2)
-            };
+            let options = options(LITTLE, 2).duplicates(rule);
             let summary = build_batches(&scratch.path, &batches(&points, &z), options)
                 .await
                 .unwrap();
@@ -156,10 +149,7 @@ fn runs_of_equal_points_are_merged() {
                 report.unwrap();
             }
         }
-        let error = BuildOptions {
-            duplicates: Duplicates::Error,
-            ..options(LITTLE, 2)
-        };
+        let error = options(LITTLE, 2).duplicates(Duplicates::Error);
         let second = |place: Point| {
             points
                 .iter()
@@ -197,10 +187,7 @@ fn records_beyond_32_bits_and_z_survive_runs() {
         }
         runtime().block_on(async {
             let scratch = Scratch::new();
-            let options = BuildOptions {
-                missing_z: MissingZ::Zero,
-                ..options(LITTLE, 2)
-            };
+            let options = options(LITTLE, 2).missing_z(MissingZ::Zero);
             let summary = build_batches(&scratch.path, &input, options).await.unwrap();
             assert!(summary.blocks > 1);
             let reader = scratch.open().await;
@@ -252,11 +239,7 @@ fn points_whose_root_cannot_fit() {
         assert!(done <= 200_000 / 10, "{done} points were conquered first");
         assert_eq!(left(&scratch), [""; 0]);
         // With as much as it said it is done.
-        let more = BuildOptions {
-            memory: needed + (2 << 20),
-            progress: Arc::default(),
-            ..options
-        };
+        let more = options.memory(needed + (2 << 20)).progress(Arc::default());
         build_batches(&scratch.path, &batches(&points, &[]), more)
             .await
             .unwrap();
@@ -316,10 +299,7 @@ fn a_build_that_was_cancelled_goes_on() {
             assert!(matches!(cancelled, Err(BuildError::Cancelled)), "{cancelled:?}");
             assert_eq!(left(&scratch), ["test.tiles.partial"]);
             // Twice interrupted.
-            let again = BuildOptions {
-                threads: 1,
-                ..resumable(true)
-            };
+            let again = resumable(true).threads(1);
             let _ = build_until(&scratch, &points, again, until + 20_000).await;
             if !scratch.path.exists() {
                 let summary = build_until(&scratch, &points, resumable(true), u64::MAX).await.unwrap();
@@ -406,34 +386,19 @@ fn what_cannot_be_resumed() {
         let cancelled = build_until(&scratch, &points, resumable(false), 100_000).await;
         assert!(matches!(cancelled, Err(BuildError::Cancelled)), "{cancelled:?}");
         let others = [
-            BuildOptions {
-                tile_vertices: 1001,
-                ..resumable(true)
-            },
-            BuildOptions {
-                duplicates: Duplicates::Lowest,
-                ..resumable(true)
-            },
-            BuildOptions {
-                resumable: Some("points: 1\nothers: 3".to_owned()),
-                ..resumable(true)
-            },
+            resumable(true).tile_vertices(1001),
+            resumable(true).duplicates(Duplicates::Lowest),
+            resumable(true).resumable(Some("points: 1\nothers: 3".to_owned())),
         ];
         for other in others {
             let result = Builder::new(&scratch.path, other).map(|_| ());
             assert!(matches!(result, Err(BuildError::OtherBuild { .. })), "{result:?}");
             assert_eq!(left(&scratch), ["test.tiles.partial"]);
         }
-        let nothing = BuildOptions {
-            resumable: None,
-            ..resumable(true)
-        };
+        let nothing = resumable(true).resumable(None);
         let result = Builder::new(&scratch.path, nothing).map(|_| ());
         assert!(matches!(result, Err(BuildError::NotResumable)), "{result:?}");
-        let little = BuildOptions {
-            memory: 500_000,
-            ..resumable(true)
-        };
+        let little = resumable(true).memory(500_000);
         let result = build_until(&scratch, &points, little, u64::MAX).await;
         assert!(
             matches!(

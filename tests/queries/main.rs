@@ -17,11 +17,7 @@ use futures::stream::TryStreamExt;
 use support::{Random, Scratch, batches, build_batches, built, points_of, runtime};
 
 fn options(tile_vertices: usize) -> BuildOptions {
-    BuildOptions {
-        tile_vertices,
-        threads: 2,
-        ..BuildOptions::default()
-    }
+    BuildOptions::default().tile_vertices(tile_vertices).threads(2)
 }
 
 /// All that a file holds.
