@@ -26,6 +26,3 @@ mod part;
 mod radix;
 pub(crate) mod segment;
 pub(crate) mod spool;
-
-#[cfg(test)]
-mod tests;

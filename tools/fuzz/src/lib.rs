@@ -4,7 +4,7 @@
 #[path = "../../../tests/support/flat.rs"]
 #[allow(dead_code, reason = "tests have more uses for it")]
 pub mod flat;
-#[path = "../../../tests/hostile/surgery.rs"]
+#[path = "../../../tests/library/hostile/surgery.rs"]
 mod surgery;
 
 /// Where `surgery` looks for it.
