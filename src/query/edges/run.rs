@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use super::{Corner, EdgeSearch, Node, Overlay, Step, Towards};
+#[cfg(feature = "baselines")]
+use super::Corner;
+use super::{EdgeSearch, Node, Overlay, Step, Towards};
 use crate::geometry::Point;
 use crate::query::ground::Ground;
 use crate::query::place::Place;
@@ -65,6 +67,7 @@ impl EdgeRun {
     }
 
     /// Starts at a vertex in some of its wedges, on behalf of a place near it.
+    #[cfg(feature = "baselines")]
     pub(in crate::query) async fn from_corners(
         mut tiles: Tiles,
         source: Place,
