@@ -13,16 +13,21 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use super::packed::{Packed, partition_point};
-use super::{EdgeSource, TileEntry, TileId, VertexId};
 use crate::geometry::{HalfEdge, Point};
 use crate::io::memory_of;
 use crate::mesh::{Embedded, Topology, Twin, next_side};
+use crate::store::format::edge_source::EdgeSource;
+use crate::store::format::ids::{TileId, VertexId};
+use crate::store::format::packed::{Packed, partition_point};
+pub(crate) use notes::Marks;
+pub(crate) use notes::Noted;
+pub(crate) use notes::NotedSide;
+pub(crate) use notes::NotedSides;
 use notes::Notes;
-pub(crate) use notes::{Marks, Noted, NotedSide, NotedSides};
 pub(crate) use regions::Component;
 use regions::Regions;
-use sides::{SideBits, Sources};
+use sides::SideBits;
+use sides::Sources;
 pub use sites::Site;
 use sites::Sites;
 
