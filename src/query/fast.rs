@@ -2,7 +2,7 @@
 //!
 //! In: free places, and what the options ask for. Out: a short way along edges ([`edges`](super::edges)), pulled taut
 //! ([`taut`](super::taut)). Its length is not less than the true one. The true one is not less than the straight line, nor than a shortest way
-//! along edges divided by [`Method::STRETCH`], unless break lines make that bound void or the file does not say whether it has any.
+//! along edges divided by [`STRETCH`], unless break lines make that bound void or the file does not say whether it has any.
 //!
 //! Where an answer is to be within a part of the truth and these bounds are not close enough, the wave is sent to the goal, not farther than
 //! the fast way leads, until it arrives or its front has come close enough to that length.
@@ -12,7 +12,7 @@ use std::collections::VecDeque;
 use futures::future::Either;
 use futures::stream::Stream;
 
-use super::edges::{BreakLines, EdgeRun, Node, SitesAlongEdges};
+use super::edges::{BreakLines, EdgeRun, Node, STRETCH, SitesAlongEdges};
 use super::options::is_tolerance;
 use super::place::Place;
 use super::proximity::{Run, unfold};
@@ -20,7 +20,7 @@ use super::route::{self, Path, WayPoint};
 use super::taut::{length, taut};
 use super::tiles::Tiles;
 use super::wave::{Goal, Places, Step, distance};
-use super::{Distance, Method, Mode, PathOutcome, QueryError, QueryOptions, SiteFound};
+use super::{Distance, Mode, PathOutcome, QueryError, QueryOptions, SiteFound};
 use crate::geometry::Point;
 use crate::store::TileReader;
 
@@ -43,7 +43,7 @@ fn straight(a: Point, b: Point) -> f64 {
 /// At most the true length of ways that along edges have at least this one.
 fn by_edges(tiles: &Tiles, along_edges: f64) -> f64 {
     match BreakLines::of(tiles.metadata()) {
-        BreakLines::No => along_edges / Method::STRETCH,
+        BreakLines::No => along_edges / STRETCH,
         BreakLines::Yes | BreakLines::Unknown => 0.0,
     }
 }
@@ -265,7 +265,7 @@ pub(super) fn sites(
 ) -> impl Stream<Item = Result<SiteFound, QueryError>> + Send + Unpin + 'static + use<> {
     let start = async move {
         // What is farther away along edges is farther away than the radius.
-        let limit = radius * Method::STRETCH;
+        let limit = radius * STRETCH;
         let sites = SitesAlongEdges::start(&reader, at, limit, &options).await?;
         Ok(FastSites { sites, radius, options })
     };

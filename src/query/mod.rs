@@ -10,13 +10,15 @@
 //!       ├───────▶ wave ───▶ ground        what can be reached from there, nearest first; where one may walk
 //!       │
 //!       ├───────▶ fast ───▶ edges, taut   an answer with bounds: the way along edges, and the same pulled taut
-//!       ├───────▶ methods ──▶ edges, visibility     the same by others' methods, to be measured
+//!       ├───────▶ baselines ──▶ edges    the same by others' methods, to be measured (feature `baselines`)
 //!       │
 //!       └───────▶ route                   the path as it bends, and its proof
 //! ```
 
 mod along;
 mod area;
+#[cfg(feature = "baselines")]
+pub mod baselines;
 mod certify;
 mod edges;
 mod explored;
@@ -24,7 +26,6 @@ mod fast;
 mod ground;
 mod locate;
 mod matrix;
-mod methods;
 mod options;
 mod passages;
 mod place;
@@ -37,7 +38,6 @@ mod straight;
 mod taut;
 mod tiles;
 mod triangles_in;
-mod visibility;
 mod wave;
 
 pub use along::{AlongInterval, SiteAlong};
@@ -46,7 +46,6 @@ pub use edges::{CdtPath, CdtVertex};
 pub use explored::Explored;
 pub use locate::{Location, TriangleRef};
 pub use matrix::{DistanceOutcome, PairDistance};
-pub use methods::{Measured, Method, Statistics, StepTime};
 pub use options::{Mode, QueryError, QueryOptions, UnknownMode};
 pub use progressive::{Cost, Progress};
 pub use proximity::{Distance, Footing, PathOutcome, SiteFound, VertexFound};

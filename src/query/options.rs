@@ -152,12 +152,6 @@ pub enum QueryError {
         /// The file.
         file: Arc<str>,
     },
-    /// A stretch factor is no number, or is known not to hold.
-    #[error("a stretch factor of {stretch} would lose answers: there are points whose Delaunay triangulation stretches a distance by {least} (Xia and Zhang 2011); {proved} is proved to do (Bose and Keil 2006)", least = super::Method::LEAST_STRETCH, proved = super::Method::STRETCH)]
-    Stretch {
-        /// The factor.
-        stretch: f64,
-    },
     /// A path contradicts the file: a fault of this library.
     #[error("the path is not one that can be walked: {reason}")]
     Uncertified {

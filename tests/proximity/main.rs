@@ -9,6 +9,7 @@ mod along;
 mod area;
 mod edges;
 mod matrix;
+#[cfg(feature = "baselines")]
 mod methods;
 mod modes;
 mod outcomes;

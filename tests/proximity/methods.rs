@@ -2,7 +2,8 @@
 
 use delaunay_tiles::BuildOptions;
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{Method, PathOutcome, QueryError, QueryOptions, SiteFound};
+use delaunay_tiles::query::baselines::{Method, Stretch};
+use delaunay_tiles::query::{PathOutcome, QueryError, QueryOptions, SiteFound};
 use delaunay_tiles::store::{LineKind, TileReader};
 use futures::TryStreamExt;
 use proptest::prelude::*;
@@ -14,7 +15,7 @@ use crate::truth::{self, is_printed};
 use crate::{is_near, length, same};
 
 const THESIS: Method = Method::Visibility {
-    stretch: Method::STRETCH,
+    stretch: Stretch::PROVED,
 };
 const METHODS: [Method; 4] = [THESIS, Method::EuclidZhang, Method::EuclidXia, Method::Wave];
 
@@ -216,10 +217,7 @@ fn refusals_and_costs() {
         let (_scratch, reader) = scene.build(30).await;
         let options = QueryOptions::default();
         for stretch in [1.5, 1.5931, f64::NAN, f64::INFINITY, -3.0] {
-            let found = reader
-                .nearest_sites_by(Method::Visibility { stretch }, at(0, 0), 1, options.clone())
-                .await;
-            assert!(matches!(found, Err(QueryError::Stretch { .. })), "{found:?}");
+            assert!(Stretch::new(stretch).is_err(), "{stretch}");
         }
         for method in METHODS {
             let found = reader

@@ -26,6 +26,7 @@ mod corner;
 mod distances;
 mod overlay;
 mod run;
+mod stretch;
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -43,6 +44,7 @@ pub(super) use distances::Sites as SitesAlongEdges;
 pub use distances::{CdtPath, CdtVertex};
 use overlay::{Link, Overlay};
 pub(super) use run::{BreakLines, EdgeRun};
+pub(super) use stretch::STRETCH;
 
 /// In place of a node, where the source has none.
 pub(super) const NO_NODE: u32 = u32::MAX;
@@ -192,6 +194,7 @@ impl EdgeSearch {
     }
 
     /// A search from a vertex in some of its wedges.
+    #[cfg(feature = "baselines")]
     fn from_corners(corners: &[Corner], outside_is_free: bool) -> Self {
         let nowhere = VertexId { tile: PUT_IN, index: 0 };
         let source = corners
@@ -212,6 +215,7 @@ impl EdgeSearch {
     }
 
     /// From now on only vertices in a disc are wanted, and none over a longer way than this. Others are still found on the way there.
+    #[cfg(feature = "baselines")]
     pub(super) fn narrow(&mut self, limit: f64, center: Point, radius: f64) {
         self.limit = limit;
         self.disc = Some((center, radius));

@@ -65,6 +65,7 @@ impl EdgeRun {
     }
 
     /// Starts at a vertex in some of its wedges, on behalf of a place near it.
+    #[cfg(feature = "baselines")]
     pub(in crate::query) async fn from_corners(
         mut tiles: Tiles,
         source: Place,

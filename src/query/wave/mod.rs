@@ -217,6 +217,7 @@ impl Wave {
     }
 
     /// The vertices that it came to.
+    #[cfg(feature = "baselines")]
     pub(super) fn reached(&self) -> impl Iterator<Item = VertexId> {
         let reached = self.seen.iter().filter(|(_, seen)| seen.marks.is_some());
         reached.map(|(&vertex, _)| vertex)

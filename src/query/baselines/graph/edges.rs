@@ -1,45 +1,26 @@
-//! The local visibility graph: what sees what among a few obstacle edges, and shortest paths over it.
-//!
-//! In come the edges of obstacles that someone thinks matter, points that lie in the open, and a source; out come the shortest paths
-//! among these edges. Its nodes are the ends of the edges and the points. Which nodes a node sees is found by a sweep round it
-//! (D. T. Lee, "Proximity and reachability in the plane", 1978), in O(n log n) with a balanced tree. However:
-//!
-//! - A node is swept when the search settles it, and only as far as the search may still go: most nodes never are.
-//! - Only tangents are looked for: where a path turns, the obstacle is on the inside of the turn. A node turns in one of its
-//!   sectors or in none (see [`ground`](super::ground)), so a node of the search is a vertex and the side that paths turn to there.
-//! - What a ray passes is told by the edges at the nodes on it, to the left and to the right of the ray: nothing leaks through
-//!   where edges meet, and one walks along an edge on a side of it.
-//!
-//! It has no I/O, and all turns are exact.
-
-mod search;
-mod status;
-mod sweep;
-#[cfg(test)]
-mod tests;
+//! Nodes and obstacle edges, and what leaves a node along them.
 
 use foldhash::HashMap;
 
-use super::route::WayPoint;
-use super::wave::distance;
 use crate::geometry::{Orientation, Point, orient2d};
-pub(super) use search::Search;
+use crate::query::route::WayPoint;
+use crate::query::wave::distance;
 
 /// No node, or no ray.
-const NONE: u32 = u32::MAX;
+pub(super) const NONE: u32 = u32::MAX;
 
 /// A piece of an obstacle's boundary, or of a wall.
 #[derive(Clone, Copy, Debug)]
-struct Edge {
-    nodes: [u32; 2],
-    points: [Point; 2],
+pub(super) struct Edge {
+    pub(super) nodes: [u32; 2],
+    pub(super) points: [Point; 2],
     /// Whether one may be on its left, and on its right.
-    free: [bool; 2],
+    pub(super) free: [bool; 2],
 }
 
 /// A node: where it is, the vertex if it is one, and the first of the rays that leave it along edges.
 #[derive(Clone, Copy, Debug)]
-struct Node {
+pub(super) struct Node {
     way_point: WayPoint,
     first_ray: u32,
 }
@@ -48,9 +29,9 @@ struct Node {
 ///
 /// Edges must not cross, and no node may lie within one: an edge with a point on it is two.
 #[derive(Debug, Default)]
-pub(super) struct LocalGraph {
-    nodes: Vec<Node>,
-    edges: Vec<Edge>,
+pub(in crate::query::baselines) struct LocalGraph {
+    pub(super) nodes: Vec<Node>,
+    pub(super) edges: Vec<Edge>,
     /// The next ray of the same node. Ray 2e leaves the first end of edge e, ray 2e + 1 the second.
     next_rays: Vec<u32>,
     numbers: HashMap<[u64; 2], u32>,
@@ -58,7 +39,7 @@ pub(super) struct LocalGraph {
 
 impl LocalGraph {
     /// The node at a point; a new one if there is none.
-    pub(super) fn node(&mut self, way_point: WayPoint) -> u32 {
+    pub(in crate::query::baselines) fn node(&mut self, way_point: WayPoint) -> u32 {
         let point = way_point.0;
         let number = self.nodes.len() as u32;
         let node = *self
@@ -75,7 +56,7 @@ impl LocalGraph {
     }
 
     /// Adds an edge, with whether one may be on its left and on its right.
-    pub(super) fn add_edge(&mut self, ends: [WayPoint; 2], free: [bool; 2]) {
+    pub(in crate::query::baselines) fn add_edge(&mut self, ends: [WayPoint; 2], free: [bool; 2]) {
         let nodes = ends.map(|end| self.node(end));
         let ray = self.next_rays.len() as u32;
         for (node, ray) in nodes.into_iter().zip(ray..) {
@@ -89,21 +70,21 @@ impl LocalGraph {
         });
     }
 
-    pub(super) fn node_count(&self) -> usize {
+    pub(in crate::query::baselines) fn node_count(&self) -> usize {
         self.nodes.len()
     }
 
     /// A node's point, and its vertex.
-    pub(super) fn way_point(&self, node: u32) -> WayPoint {
+    pub(in crate::query::baselines) fn way_point(&self, node: u32) -> WayPoint {
         self.nodes[node as usize].way_point
     }
 
-    fn point(&self, node: u32) -> Point {
+    pub(super) fn point(&self, node: u32) -> Point {
         self.nodes[node as usize].way_point.0
     }
 
     /// The rays that leave a node along edges: their edges, and the nodes they lead to.
-    fn rays(&self, node: u32) -> impl Iterator<Item = Ray> {
+    pub(super) fn rays(&self, node: u32) -> impl Iterator<Item = Ray> {
         let next = |&ray: &u32| Some(self.next_rays[ray as usize]).filter(|&ray| ray != NONE);
         let first = Some(self.nodes[node as usize].first_ray).filter(|&ray| ray != NONE);
         std::iter::successors(first, next).map(|ray| {
@@ -114,13 +95,13 @@ impl LocalGraph {
     }
 
     /// Whether one may be on the left of a ray.
-    fn is_left_free(&self, ray: Ray) -> bool {
+    pub(super) fn is_left_free(&self, ray: Ray) -> bool {
         self.edges[ray.edge as usize].free[ray.ray as usize % 2]
     }
 
     /// The nodes on the right and on the left end of the sector in which paths turn round a node: the one that is wider than a
     /// half-turn.
-    fn turning_bounds(&self, node: u32) -> Option<[u32; 2]> {
+    pub(super) fn turning_bounds(&self, node: u32) -> Option<[u32; 2]> {
         let at = self.point(node);
         // The sector lies on the left of the ray that has all others on its right.
         let bound = |side: Orientation| {
@@ -134,26 +115,26 @@ impl LocalGraph {
         Some([bound(Orientation::Clockwise)?, bound(Orientation::CounterClockwise)?])
     }
 
-    fn length(&self, from: u32, to: u32) -> f64 {
+    pub(super) fn length(&self, from: u32, to: u32) -> f64 {
         distance(self.point(from), self.point(to))
     }
 }
 
 /// An edge as seen from one of its ends.
 #[derive(Clone, Copy, Debug)]
-struct Ray {
-    ray: u32,
-    edge: u32,
+pub(super) struct Ray {
+    pub(super) ray: u32,
+    pub(super) edge: u32,
     /// The node at its other end.
-    to: u32,
+    pub(super) to: u32,
 }
 
 /// Of points on a line, whether the second lies between the others, or the third beyond the second.
-fn is_ahead(from: Point, at: Point, to: Point) -> bool {
+pub(super) fn is_ahead(from: Point, at: Point, to: Point) -> bool {
     from.lex_cmp(at) == at.lex_cmp(to)
 }
 
 /// Of three points on a line, whether the second and the third lie in the same direction from the first.
-fn same_direction(from: Point, a: Point, b: Point) -> bool {
+pub(super) fn same_direction(from: Point, a: Point, b: Point) -> bool {
     from.lex_cmp(a) == from.lex_cmp(b)
 }

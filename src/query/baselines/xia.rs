@@ -10,10 +10,10 @@ use foldhash::{HashSet, HashSetExt};
 use futures::TryStreamExt;
 use futures::stream::BoxStream;
 
+use super::asked::{Asked, Wanted};
 use super::local::{Local, Reached};
 use super::nearby::{Center, Met, Nearby, distance_of_segment};
 use super::obstacles::{ObstacleEdge, edges_at};
-use super::{Asked, Wanted};
 use crate::geometry::Point;
 use crate::query::ground::Ground;
 use crate::query::place::Place;

@@ -7,9 +7,9 @@
 //! nearby; the triangulation is the index; one search serves all candidates of a round, where the paper makes one for each; and the
 //! visibility graph is made only where that search comes, where the paper makes all of it.
 
-use super::local::{Local, Reached};
+use super::asked::{Asked, Wanted};
+use super::local::{Gathered, Local, Reached};
 use super::nearby::{Center, Met, Nearby};
-use super::{Asked, Gathered, Wanted};
 use crate::query::QueryError;
 use crate::query::place::Place;
 use crate::query::wave::distance;

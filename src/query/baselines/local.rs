@@ -2,13 +2,13 @@
 
 use foldhash::{HashMap, HashMapExt, HashSet, HashSetExt};
 
-use super::Asked;
+use super::asked::Asked;
+use super::graph::{LocalGraph, Search};
 use super::obstacles::ObstacleEdge;
 use crate::geometry::Point;
 use crate::query::QueryError;
 use crate::query::place::{Place, Spot};
 use crate::query::route::WayPoint;
-use crate::query::visibility::{LocalGraph, Search};
 use crate::store::{Vertex, VertexId};
 
 /// A vertex with sites.
@@ -171,5 +171,32 @@ impl Local {
         let reached = reached.collect();
         asked.clock.lap("graph");
         Ok(reached)
+    }
+}
+
+/// What a method found.
+pub(super) struct Gathered {
+    pub(super) local: Local,
+    pub(super) reached: Vec<Reached>,
+    /// If a budget was used up: the sites that are not there are at least as far away.
+    pub(super) at_least: Option<f64>,
+}
+
+impl Gathered {
+    pub(super) fn all((local, reached): (Local, Vec<Reached>)) -> Self {
+        Self {
+            local,
+            reached,
+            at_least: None,
+        }
+    }
+
+    /// No sites, before a budget was used up.
+    pub(super) fn nothing(source: &Place, at_least: f64) -> Self {
+        Self {
+            local: Local::new(source, None),
+            reached: Vec::new(),
+            at_least: Some(at_least),
+        }
     }
 }

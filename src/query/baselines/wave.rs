@@ -2,9 +2,9 @@
 
 use foldhash::{HashSet, HashSetExt};
 
+use super::asked::Wanted;
 use super::obstacles::edges_at;
-use super::statistics::{Clock, Statistics};
-use super::{Measured, Wanted};
+use super::statistics::{Clock, Measured, Statistics};
 use crate::geometry::Point;
 use crate::query::ground::Ground;
 use crate::query::place::Place;

@@ -3,8 +3,8 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use super::edges::{LocalGraph, NONE};
 use super::sweep::{Range, Seen, Side, Sweep};
-use super::{LocalGraph, NONE};
 use crate::geometry::{Orientation, orient2d};
 use crate::query::route::WayPoint;
 

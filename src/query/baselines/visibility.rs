@@ -20,10 +20,11 @@
 
 use foldhash::{HashMap, HashSet};
 
+use super::asked::{Asked, Wanted};
 use super::local::{Local, Reached};
 use super::nearby::distance_of_segment;
 use super::obstacles::{ObstacleEdge, edges_at};
-use super::{Asked, Wanted};
+use super::stretch::Stretch;
 use crate::query::QueryError;
 use crate::query::edges::{Corner, EdgeRun, Within};
 use crate::query::ground::Ground;
@@ -91,7 +92,7 @@ struct Walk {
 }
 
 impl Walk {
-    async fn start(asked: &mut Asked, stretch: f64) -> Result<Self, QueryError> {
+    async fn start(asked: &mut Asked, stretch: Stretch) -> Result<Self, QueryError> {
         let corners = corners(asked).await?;
         let gap = corners
             .first()
@@ -105,7 +106,7 @@ impl Walk {
         let mut this = Self {
             run,
             gap,
-            stretch,
+            stretch: stretch.get(),
             collected: Collected::default(),
             ahead: None,
             is_over: false,
@@ -261,7 +262,7 @@ async fn corners(asked: &mut Asked) -> Result<Vec<Corner>, QueryError> {
 /// The nearest sites, or those within a radius.
 pub(super) async fn sites(
     asked: &mut Asked,
-    stretch: f64,
+    stretch: Stretch,
     wanted: Wanted,
 ) -> Result<(Local, Vec<Reached>), QueryError> {
     let mut walk = Walk::start(asked, stretch).await?;
@@ -283,7 +284,7 @@ pub(super) async fn sites(
 }
 
 /// The shortest path to a target.
-pub(super) async fn path(asked: &mut Asked, stretch: f64, to: &Place) -> Result<Option<Reached>, QueryError> {
+pub(super) async fn path(asked: &mut Asked, stretch: Stretch, to: &Place) -> Result<Option<Reached>, QueryError> {
     let (mut run, end) = EdgeRun::towards(asked.lend_tiles(), asked.source.clone(), to, 1.0).await?;
     run.refuse_break_lines()?;
     let length = run.find(end).await?.map(|node| run.node(node).length);

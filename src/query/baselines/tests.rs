@@ -2,10 +2,14 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::*;
+use super::answers::*;
+use super::asked::Wanted;
+use super::stretch::Stretch;
+use crate::geometry::Point;
 use crate::input::{PointBatch, SiteBatch, SiteId};
 use crate::pipeline::{BuildOptions, Builder};
-use crate::store::OpenOptions;
+use crate::query::QueryOptions;
+use crate::store::{OpenOptions, TileReader};
 
 /// 74 points on whose Delaunay triangulation the way from the first to that of number 37 is 1.5754 times as long as the straight one.
 fn points() -> Vec<Point> {
@@ -41,10 +45,9 @@ fn half_of_pi_loses_a_site_and_the_proven_factor_does_not() {
         builder.finish().await.unwrap();
         let reader = TileReader::open(&path, OpenOptions::default()).await.unwrap();
 
-        let lost = async |from: usize, to: usize, stretch: f64| {
+        let lost = async |from: usize, to: usize, stretch: Stretch| {
             let [a, b] = [points[from], points[to]];
             let radius = (a.x - b.x).hypot(a.y - b.y) * (1.0 + 1e-12);
-            // Past the check of the factor.
             let method = Method::Visibility { stretch };
             let wanted = Wanted::Within(radius);
             let found = reader
@@ -53,20 +56,12 @@ fn half_of_pi_loses_a_site_and_the_proven_factor_does_not() {
                 .unwrap();
             !found.answer.iter().any(|site| site.number == to as u64)
         };
-        assert!(lost(0, 37, FRAC_PI_2).await, "nothing is lost by π/2");
+        assert!(lost(0, 37, Stretch(FRAC_PI_2)).await, "nothing is lost by π/2");
         for from in 0..points.len() {
             for to in 0..points.len() {
-                assert!(!lost(from, to, Method::STRETCH).await, "{to} is lost from {from}");
+                assert!(!lost(from, to, Stretch::PROVED).await, "{to} is lost from {from}");
             }
         }
-        let refused = reader
-            .sites_within_by(
-                Method::Visibility { stretch: FRAC_PI_2 },
-                points[0],
-                1.0,
-                QueryOptions::default(),
-            )
-            .await;
-        assert!(matches!(refused, Err(QueryError::Stretch { .. })));
+        assert!(Stretch::new(FRAC_PI_2).is_err());
     });
 }

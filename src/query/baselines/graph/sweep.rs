@@ -8,8 +8,8 @@
 
 use std::cmp::Ordering;
 
+use super::edges::{LocalGraph, Ray, is_ahead, same_direction};
 use super::status::{Crossed, Status};
-use super::{LocalGraph, Ray, is_ahead, same_direction};
 use crate::geometry::{Orientation, Point, orient2d};
 
 use Orientation::{Clockwise, Collinear, CounterClockwise};

@@ -42,6 +42,17 @@ impl Statistics {
     }
 }
 
+/// An answer, and what it cost.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured<T> {
+    /// The answer; as far as it was found, if the options' limits were reached.
+    pub answer: T,
+    /// If the options' limits were reached: all that the answer lacks is at least as far away.
+    pub at_least: Option<f64>,
+    /// What it cost.
+    pub statistics: Statistics,
+}
+
 /// Measures steps.
 pub(super) struct Clock {
     last: Instant,
