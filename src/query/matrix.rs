@@ -6,17 +6,21 @@
 
 use std::pin::Pin;
 use std::sync::Arc;
-use std::task::{Context, Poll, ready};
+use std::task::Context;
+use std::task::Poll;
+use std::task::ready;
 use std::thread::available_parallelism;
 
-use futures::stream::{self, Stream, StreamExt, TryStreamExt};
+use futures::stream;
+use futures::stream::Stream;
+use futures::stream::StreamExt;
+use futures::stream::TryStreamExt;
 use tokio::task::JoinHandle;
 
-use super::place::Place;
-use super::proximity::{Distance, Run, unfold};
-use super::tiles::Tiles;
-use super::wave::{Goal, Places, What};
-use super::{Path, QueryError, QueryOptions};
+use super::answer::{Distance, Path};
+use super::free_space::Place;
+use super::request::{QueryError, QueryOptions, Tiles, unfold};
+use super::wavefront::{Goal, Places, Run, What};
 use crate::geometry::Point;
 use crate::store::{ReadError, TileReader};
 

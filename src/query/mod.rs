@@ -16,46 +16,28 @@
 //! ```
 
 mod along;
+mod answer;
 mod area;
 #[cfg(feature = "baselines")]
 pub mod baselines;
-mod certify;
 mod edges;
-mod explored;
-mod fast;
-mod ground;
-mod locate;
+mod euclidean;
+mod free_space;
+mod funnel;
+mod locating;
 mod matrix;
-mod options;
-mod passages;
-mod place;
-mod progressive;
-mod proximity;
+mod request;
 mod route;
-mod sight;
-mod star;
-mod straight;
-mod taut;
-mod tiles;
-mod triangles_in;
-mod wave;
+mod walking;
+mod wavefront;
 
 pub use along::{AlongInterval, SiteAlong};
+pub use answer::{Bend, Distance, Path, PathOutcome, SiteFound, VertexFound};
 pub use area::AreaPiece;
 pub use edges::{CdtPath, CdtVertex};
-pub use explored::Explored;
-pub use locate::{Location, TriangleRef};
+pub use euclidean::Near;
+pub use free_space::Footing;
+pub use locating::{Location, TriangleRef};
 pub use matrix::{DistanceOutcome, PairDistance};
-pub use options::{Mode, QueryError, QueryOptions, UnknownMode};
-pub use progressive::{Cost, Progress};
-pub use proximity::{Distance, Footing, PathOutcome, SiteFound, VertexFound};
-pub use route::{Bend, Path};
-pub use straight::Near;
-
-use crate::geometry::Point;
-
-/// A coordinate that someone asks for, as the exact predicates can take it: what is closer to 0 than any coordinate of a
-/// triangulation can be counts as 0. What is too large is outside anyway.
-fn representable(v: f64) -> f64 {
-    if v.abs() < Point::MIN_MAGNITUDE { 0.0 } else { v }
-}
+pub use request::{Explored, Mode, QueryError, QueryOptions, UnknownMode};
+pub use walking::{Cost, Progress};

@@ -7,22 +7,20 @@
 use foldhash::HashMap;
 
 use crate::geometry::{Orientation, Point, orient2d, segment_meets};
-use crate::query::QueryError;
-use crate::query::explored::key;
-use crate::query::star::next;
-use crate::query::tiles::Tiles;
+use crate::query::answer::distance;
+use crate::query::request::{QueryError, Tiles, key, next};
 use crate::store::{Across, Tile, TileId};
 
 /// A line from a point to another one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
+pub(crate) struct Line {
     pub(super) from: Point,
     pub(super) to: Point,
 }
 
 /// What the line passes: a closed triangle, or what lies outside the hull.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Piece {
+pub(crate) struct Piece {
     /// From where to where.
     pub(super) range: [f64; 2],
     /// None: it lies outside.
@@ -33,7 +31,7 @@ pub(super) struct Piece {
 
 /// All that the line passes.
 #[derive(Debug, Default)]
-pub(super) struct Passed {
+pub(crate) struct Passed {
     /// Where one may be.
     pub(super) free: Vec<Piece>,
     /// Places at which something may block the way along the line.
@@ -43,7 +41,7 @@ pub(super) struct Passed {
 }
 
 /// The mean of some points.
-pub(super) fn middle(points: &[Point]) -> Point {
+pub(crate) fn middle(points: &[Point]) -> Point {
     let part = 1.0 / points.len() as f64;
     let sum = |of: fn(&Point) -> f64| points.iter().map(|p| of(p) * part).sum();
     Point::new(sum(|p| p.x), sum(|p| p.y))
@@ -52,7 +50,7 @@ pub(super) fn middle(points: &[Point]) -> Point {
 impl Line {
     /// How long it is.
     pub(super) fn length(self) -> f64 {
-        crate::query::wave::distance(self.from, self.to)
+        distance(self.from, self.to)
     }
 
     /// The point at a place.

@@ -6,16 +6,14 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::Arc;
 
-use foldhash::{HashSet, HashSetExt};
+use foldhash::HashSet;
+use foldhash::HashSetExt;
 
 use super::obstacles::ObstacleEdge;
 use crate::geometry::{Orientation, Point, orient2d};
-use crate::query::QueryError;
-use crate::query::ground::{Ground, Wedge};
-use crate::query::place::{Place, Spot, nearest_on};
-use crate::query::star::next;
-use crate::query::tiles::Tiles;
-use crate::query::wave::distance;
+use crate::query::answer::distance;
+use crate::query::free_space::{Ground, Place, Spot, Wedge, nearest_on};
+use crate::query::request::{Contradiction, QueryError, Tiles, next};
 use crate::store::{Across, Tile, TileId, Vertex, VertexId};
 
 /// What things are near to.
@@ -110,12 +108,9 @@ impl Nearby {
             }
             Spot::Vertex(vertex) => {
                 let tile = this.tile(tiles, vertex.id.tile).await?;
-                let ground = Ground {
-                    tile: &tile,
-                    outside_is_free: tiles.outside_is_free(),
-                };
-                let wedges = ground.wedges(vertex.id.index);
-                for wedge in wedges.map_err(|reason| tiles.damaged(tile.id(), reason))? {
+                let ground = Ground::of(tiles, &tile);
+                let wedges = tiles.checked(tile.id(), ground.wedges(vertex.id.index))?;
+                for wedge in wedges {
                     if let Wedge::Triangle(side) = wedge {
                         this.take(&tile, side / 3);
                     }
@@ -132,10 +127,7 @@ impl Nearby {
 
     async fn tile(&self, tiles: &mut Tiles, id: TileId) -> Result<Arc<Tile>, QueryError> {
         let tile = tiles.get(id).await?;
-        let ground = Ground {
-            tile: &tile,
-            outside_is_free: tiles.outside_is_free(),
-        };
+        let ground = Ground::of(tiles, &tile);
         if ground.marks().has_break_lines {
             return Err(tiles.break_lines());
         }
@@ -248,14 +240,10 @@ impl Nearby {
         for _ in 0..=tiles.hull_edges() {
             let tile = self.tile(tiles, vertex.tile).await?;
             if vertex.index >= tile.vertex_count() {
-                return Err(tiles.damaged(vertex.tile, format!("there is no vertex {}", vertex.index)));
+                return Err(tiles.damaged(vertex.tile, Contradiction::NoVertex(vertex.index)));
             }
-            let ground = Ground {
-                tile: &tile,
-                outside_is_free: tiles.outside_is_free(),
-            };
-            let edge = ground.along_hull(vertex.index, forward);
-            let edge = edge.map_err(|reason| tiles.damaged(vertex.tile, reason))?;
+            let ground = Ground::of(tiles, &tile);
+            let edge = tiles.checked(vertex.tile, ground.along_hull(vertex.index, forward))?;
             let [from, to] = tile.ends(edge);
             if orient2d(from.point, to.point, at) != Orientation::Clockwise {
                 break;

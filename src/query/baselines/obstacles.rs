@@ -1,7 +1,7 @@
 //! Obstacle edges: the pieces of walls and of the boundaries of holes, as tiles have them.
 
-use crate::query::ground::{Ground, Wedge};
-use crate::query::star::previous;
+use crate::query::free_space::{Ground, Wedge};
+use crate::query::request::{Contradiction, previous};
 use crate::store::{Vertex, VertexId};
 
 /// A constraint edge that blocks the way.
@@ -21,7 +21,11 @@ impl ObstacleEdge {
 }
 
 /// Takes all obstacle edges at a vertex of the tile.
-pub(super) fn edges_at(ground: Ground<'_>, vertex: u32, mut take: impl FnMut(ObstacleEdge)) -> Result<(), String> {
+pub(super) fn edges_at(
+    ground: Ground<'_>,
+    vertex: u32,
+    mut take: impl FnMut(ObstacleEdge),
+) -> Result<(), Contradiction> {
     let is_free = |wedge: Wedge| match wedge {
         Wedge::Triangle(side) => ground.is_free(side / 3),
         Wedge::Outside => ground.outside_is_free,

@@ -1,6 +1,7 @@
 //! What an answer cost.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use std::time::Instant;
 
 /// What an answer cost.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -18,18 +18,18 @@
 //! so that the search need not go where no way to there is short enough. And an edge that is farther away than r as the crow flies
 //! is on no path of length r. Whole edges count, not obstacles.
 
-use foldhash::{HashMap, HashSet};
+use foldhash::HashMap;
+use foldhash::HashSet;
 
 use super::asked::{Asked, Wanted};
 use super::local::{Local, Reached};
 use super::nearby::distance_of_segment;
 use super::obstacles::{ObstacleEdge, edges_at};
 use super::stretch::Stretch;
-use crate::query::QueryError;
+use crate::query::answer::distance;
 use crate::query::edges::{Corner, EdgeRun, Within};
-use crate::query::ground::Ground;
-use crate::query::place::{Place, Spot};
-use crate::query::wave::distance;
+use crate::query::free_space::{Ground, Place, Spot};
+use crate::query::request::{Contradiction, QueryError};
 use crate::store::{Tile, Vertex, VertexId};
 
 /// Sums of lengths may be less than they are by no more than this part.
@@ -56,7 +56,7 @@ impl Collected {
     }
 
     /// Notes the sites and edges at a vertex of a tile.
-    fn take(&mut self, tile: &Tile, vertex: VertexId, length: f64, outside_is_free: bool) -> Result<(), String> {
+    fn take(&mut self, tile: &Tile, vertex: VertexId, length: f64, outside_is_free: bool) -> Result<(), Contradiction> {
         if !self.met.insert(vertex) {
             return Ok(());
         }
@@ -247,7 +247,7 @@ async fn corners(asked: &mut Asked) -> Result<Vec<Corner>, QueryError> {
             for id in edge {
                 let tile = asked.tiles.get(id.tile).await?;
                 if id.index >= tile.vertex_count() {
-                    return Err(asked.tiles.damaged(id.tile, format!("there is no vertex {}", id.index)));
+                    return Err(asked.tiles.damaged(id.tile, Contradiction::NoVertex(id.index)));
                 }
                 ends.push(tile.vertex(id.index));
             }

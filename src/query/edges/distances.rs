@@ -8,12 +8,12 @@ use futures::stream::Stream;
 use foldhash::HashSet;
 
 use super::corner::PUT_IN;
-use super::{EdgeRun, NO_NODE};
+use super::node::NO_NODE;
+use super::run::EdgeRun;
 use crate::geometry::Point;
-use crate::query::place::Place;
-use crate::query::proximity::unfold;
-use crate::query::tiles::Tiles;
-use crate::query::{Distance, QueryError, QueryOptions, SiteFound};
+use crate::query::answer::{Distance, SiteFound};
+use crate::query::free_space::Place;
+use crate::query::request::{QueryError, QueryOptions, Tiles, unfold};
 use crate::store::{TileReader, Vertex, VertexId};
 
 /// A shortest way along edges.
@@ -42,8 +42,8 @@ pub struct CdtVertex {
 }
 
 /// A stream of vertices in their sectors.
-pub(in crate::query) struct Vertices {
-    pub(in crate::query) run: EdgeRun,
+pub(crate) struct Vertices {
+    pub(crate) run: EdgeRun,
     /// For each node, how many edges lead there.
     legs: Vec<u32>,
     /// Nodes that are no vertices of the file; they come first.
@@ -77,8 +77,8 @@ impl Vertices {
 }
 
 /// A stream of sites.
-pub(in crate::query) struct Sites {
-    pub(in crate::query) vertices: Vertices,
+pub(crate) struct SitesAlongEdges {
+    pub(crate) vertices: Vertices,
     met: HashSet<VertexId>,
     /// Those that were met, by length and number, until no other can be as near.
     ready: BinaryHeap<Reverse<Ready>>,
@@ -110,9 +110,9 @@ impl Ord for Ready {
     }
 }
 
-impl Sites {
+impl SitesAlongEdges {
     /// Starts at a point, for sites that are not farther away than `limit`.
-    pub(in crate::query) async fn start(
+    pub(crate) async fn start(
         reader: &TileReader,
         at: Point,
         limit: f64,
@@ -126,7 +126,7 @@ impl Sites {
     }
 
     /// The next site, and its node.
-    pub(in crate::query) async fn next(&mut self) -> Result<Option<(SiteFound, u32)>, QueryError> {
+    pub(crate) async fn next(&mut self) -> Result<Option<(SiteFound, u32)>, QueryError> {
         loop {
             let front = self.vertices.run.search.front();
             let nearest = self.ready.peek().map(|ready| f64::from_bits(ready.0.key.0));
@@ -234,11 +234,11 @@ impl TileReader {
     ) -> impl Stream<Item = Result<SiteFound, QueryError>> + Send + Unpin + 'static + use<> {
         let reader = self.clone();
         let start = async move {
-            let mut sites = Sites::start(&reader, from, f64::INFINITY, &options).await?;
+            let mut sites = SitesAlongEdges::start(&reader, from, f64::INFINITY, &options).await?;
             sites.vertices.run.refuse_break_lines()?;
             Ok(sites)
         };
-        unfold(start, |mut sites: Sites| async move {
+        unfold(start, |mut sites: SitesAlongEdges| async move {
             Ok(sites.next().await?.map(|(site, _)| (site, sites)))
         })
     }

@@ -1,0 +1,32 @@
+//! Where points lie.
+
+use crate::store::{TileId, Vertex};
+
+/// A triangle, by a tile that holds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleRef {
+    /// The tile.
+    pub tile: TileId,
+    /// Its number there.
+    pub triangle: u32,
+    /// Its corners, counter-clockwise.
+    pub vertices: [Vertex; 3],
+}
+
+/// Where a point lies in a triangulation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Location {
+    /// On a vertex.
+    OnVertex(Vertex),
+    /// Within the edge between two vertices.
+    OnEdge {
+        /// The ends of the edge: corners `i` and `i + 1` of the triangle.
+        ends: [Vertex; 2],
+        /// A triangle that the edge is a side of.
+        triangle: TriangleRef,
+    },
+    /// Within a triangle.
+    InTriangle(TriangleRef),
+    /// Outside the hull. A file without triangles has nothing inside but its vertices.
+    Outside,
+}
