@@ -11,71 +11,43 @@ use futures::future;
 use parking_lot::Mutex;
 use tokio::sync::{mpsc, oneshot};
 
-use crate::constraints::polygons::check::InvertedPolygons;
-use crate::constraints::polygons::put_right::PutRight;
 use crate::constraints::seeds::{HoleRules, Seeds};
+use crate::constraints::segment::Segment;
 use crate::constraints::segments::blocks::BlockSegments;
-use crate::constraints::segments::segment::Segment;
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::edit::error::EditError;
 use crate::edit::tiles::Target;
 use crate::edit::{EditSummary, Work, edit};
-use crate::geometry::{Point, Rect};
-use crate::input::{MissingZ, SiteId};
+use crate::geometry::Rect;
+use crate::input::MissingZ;
 use crate::io::{Backend, Buffers, ThreadsFile, WriteAt, blocking, start_thread};
+use crate::memory::{Load, MemoryPlan, SEGMENT_BYTES, Shares, peak_memory};
 use crate::pipeline::conquer::conquest::{Conquest, ConquestLimits};
-use crate::pipeline::conquer::constrain::deferral::Deferral;
+use crate::pipeline::conquer::deferral::Deferral;
 use crate::pipeline::conquer::leaf::LeafRules;
 use crate::pipeline::conquer::prefetch;
 use crate::pipeline::conquer::prefetch::{Coming, Prefetched};
 use crate::pipeline::conquer::schedule::{BlockPoints, Board};
+use crate::pipeline::disk::{DiskLoad, check_disk};
 use crate::pipeline::error::BuildError;
 use crate::pipeline::finish::borders::RegionTotals;
-use crate::pipeline::ingest::intake::{Points, Terms};
+use crate::pipeline::ingest::intake::Points;
 use crate::pipeline::ingest::point_store::PointStore;
 use crate::pipeline::ingest::spill;
-use crate::pipeline::ingest::spill::plan::{Block, Plan};
-use crate::pipeline::memory::{DiskLoad, Load, Shares, peak_memory};
 use crate::pipeline::options::{BuildOptions, DuplicateRule};
 use crate::pipeline::output::border_log::BorderLog;
 use crate::pipeline::output::writer::{Journal, Output};
-use crate::pipeline::records::{Description, GENERATION, TileState};
+use crate::pipeline::plan::{Block, Plan};
+use crate::pipeline::records::{GENERATION, TileState};
 use crate::pipeline::resume::journal::{FinishedBlocks, JournalReader, SavedPlan};
+use crate::pipeline::run;
 use crate::pipeline::summary::{BuildSummary, LevelSummary, Waits, phases};
+use crate::pipeline::terms::{Given, Terms};
 use crate::pipeline::work_folder::WorkFolder;
-use crate::pipeline::{memory, run};
 use crate::store::{CompactError, Directory, Extent, KdTree, Metadata, OpenOptions, TileEntry, TileReader, hull_edges};
 
 /// A file is written anew if more than one of so many parts of it was, for segments that were put off.
 const UNUSED_SHARE: u64 = 8;
-
-/// What the caller gave, beside points and segments.
-#[derive(Debug, Default)]
-pub(crate) struct Given {
-    pub(crate) points: u64,
-    pub(crate) has_z: bool,
-    /// One more than the largest record number.
-    pub(crate) next_record: u64,
-    pub(crate) description: Description,
-    pub(crate) has_obstacles: bool,
-    pub(crate) seeds: Vec<Point>,
-    /// From this record number on points are those at which segments were split.
-    pub(crate) first_crossing: u64,
-    /// From this record number on points are sites.
-    pub(crate) first_site: u64,
-    pub(crate) site_ids: Vec<SiteId>,
-    pub(crate) site_count: u64,
-    /// Pairs of segments that crossed and were split.
-    pub(crate) crossings: u64,
-    /// Borders at which segments were split.
-    pub(crate) borders: Vec<[Point; 2]>,
-    /// Points at which segments were split.
-    pub(crate) split_points: u64,
-    /// Obstacles that are inside out, but for crossings of their rings that no vertex lies at, which are told of first.
-    pub(crate) inverted_if_uncrossed: Option<InvertedPolygons>,
-    /// What became of those that were put right.
-    pub(crate) put_right: PutRight,
-}
 
 /// Makes a file of what came.
 pub(crate) struct Assembly {
@@ -84,17 +56,16 @@ pub(crate) struct Assembly {
     output: PathBuf,
     given: Given,
     first_end: u64,
-    /// Bytes that segments may take that no block is in work for.
-    segment_memory: u64,
+    memory: MemoryPlan,
     began: Instant,
 }
 
 impl Assembly {
-    /// Of a build with so much memory in all.
-    pub(crate) fn new(terms: &Terms, memory: u64, output: &Path, mut given: Given, began: Instant) -> Self {
+    /// Of what a build was told, and what came.
+    pub(crate) fn new(terms: &Terms, output: &Path, mut given: Given, began: Instant) -> Self {
         given.site_count = given.site_ids.len() as u64;
         Self {
-            segment_memory: (memory - terms.options.memory) / 2,
+            memory: terms.memory,
             options: Arc::clone(&terms.options),
             folder: Arc::clone(&terms.folder),
             output: output.to_owned(),
@@ -143,12 +114,25 @@ impl Assembly {
         }
         let shares = match &store {
             Some(store) => {
-                let of_segments = segments.len() * memory::SEGMENT_BYTES;
-                memory::shares_in_memory(&self.options, store.byte_size() + of_segments)
+                let of_segments = segments.len() * SEGMENT_BYTES;
+                self.memory.shares_in_memory(store.byte_size() + of_segments)
             }
-            None if is_resumed => memory::resumed_shares(&self.options, &plan)?,
-            None => memory::shares(&self.options, Load::of(&plan, segments.len()))?,
+            None => {
+                let load = Load {
+                    points: plan.points,
+                    segments: segments.len(),
+                    has_z: plan.has_z,
+                };
+                match is_resumed {
+                    true => {
+                        let largest = plan.blocks.iter().map(|block| block.points).max();
+                        self.memory.resumed_shares(load, largest.unwrap_or(0))?
+                    }
+                    false => self.memory.shares(load)?,
+                }
+            }
         };
+        tracing::info!(plan = %self.memory, %shares, "memory");
         let rules = self.leaf_rules(!segments.is_empty());
         // What regions are made of stands in no journal, nor do segments.
         let has_journal = store.is_none() && self.options.resumable.is_some() && !rules.has_regions;
@@ -166,7 +150,7 @@ impl Assembly {
             segment_bytes: segments.disk_bytes(),
             spilled_bytes: run_bytes + segments.spilled_bytes(),
         };
-        memory::check_disk(&self.folder, load)?;
+        check_disk(&self.folder, load)?;
         if has_journal && !is_resumed {
             let saved = SavedPlan {
                 identity: self.options.identity(),
@@ -180,7 +164,7 @@ impl Assembly {
                 .map_err(|error| BuildError::io(&path, "write", error))?;
             self.folder.keep(true);
         }
-        let (tree, memory) = (plan.tree.clone(), self.segment_memory);
+        let (tree, memory) = (plan.tree.clone(), self.memory.for_waiting_segments());
         let distributed = blocking(move || segments.distribute(&tree, memory)).await;
         let cannot = |error| BuildError::io(self.folder.spill(), "distribute segments in", error);
         let segments = Arc::new(distributed.map_err(cannot)??);
@@ -227,10 +211,10 @@ impl Assembly {
             block_bytes: shares.blocks,
             has_journal,
         };
-        let merge_vertices = self.options.merge_vertices.min(shares.merge_vertices);
         let conquest = Arc::new(Conquest {
-            board: Board::new(&plan.tree, merge_vertices, shares.threads),
-            options: (*self.options).clone(),
+            board: Board::new(&plan.tree, shares.merge_vertices, shares.threads),
+            options: Arc::clone(&self.options),
+            memory: self.memory,
             spill: self.folder.spill().to_owned(),
             log: Mutex::new(log),
             found: Mutex::default(),
@@ -241,7 +225,7 @@ impl Assembly {
                 exterior: self.options.exterior_is_hole,
             },
             rules,
-            deferral: Arc::new(Deferral::new(self.options.memory)),
+            deferral: Arc::new(Deferral::new(self.memory.most_held())),
         });
         // Whoever drops this future stops the threads too.
         let stop = StopOnDrop(&conquest.board);
@@ -433,7 +417,6 @@ impl Assembly {
     async fn insert(&self, path: &Path, segments: Vec<Segment>) -> Result<EditSummary, BuildError> {
         let _span = tracing::debug_span!("insert", segments = segments.len()).entered();
         let (progress, folder) = (Arc::clone(&self.options.progress), Arc::clone(&self.folder));
-        let memory = self.options.memory + 2 * self.segment_memory;
         // The thread holds the folder's lock too: it may outlive this future.
         let is_cancelled = move || {
             let _ = &folder;
@@ -449,11 +432,11 @@ impl Assembly {
             is_draft: true,
             threads: self.options.threads,
         };
-        let mut edited = edit(Target::lock(path)?, work, memory, is_cancelled).await?;
+        let mut edited = edit(Target::lock(path)?, work, self.memory.total(), is_cancelled).await?;
         if edited.bytes_appended > edited.file_bytes / UNUSED_SHARE {
             // What was just written is in the page cache, which a ring may read past.
             let options = OpenOptions::default()
-                .memory(self.options.memory)
+                .memory(self.memory.rest())
                 .backend(Backend::Threads);
             let reader = TileReader::open(path, options).await;
             let reader = reader.map_err(EditError::Read)?;

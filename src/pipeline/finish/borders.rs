@@ -9,6 +9,7 @@ use std::ops::Range;
 use parking_lot::Mutex;
 
 use crate::io::Buffers;
+pub(crate) use crate::memory::shortage::MemoryUse;
 use crate::pipeline::conquer::conquest::Conquest;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::finish::border::{Border, TileRegions, assemble};
@@ -194,10 +195,10 @@ fn find_regions(
 ) -> Result<Regions, BuildError> {
     let late = log.triangle_count();
     let open: u64 = tiles.iter().map(|tile| u64::from(tile.open_components)).sum();
-    let (needed, budget) = (RegionFinder::BYTES * (late + open), conquest.options.memory);
+    let (needed, budget) = (RegionFinder::BYTES * (late + open), conquest.memory.rest());
     let finder = RegionFinder::new(late, tiles, conquest.holes).filter(|_| needed <= budget);
     let Some(mut finder) = finder else {
-        return Err(BuildError::Regions { needed, budget });
+        return Err(conquest.memory.shortage_of_rest(MemoryUse::Regions, needed).into());
     };
     // The first groups need not be read again, as long as there is memory for them.
     let (mut kept_bytes, room) = (0, (budget - needed) / 2);

@@ -17,7 +17,7 @@ use tracing::Instrument;
 
 use crate::io::{ThreadsFile, WriteAt, blocking};
 use crate::pipeline::error::BuildError;
-use crate::pipeline::ingest::spill::plan::Block;
+use crate::pipeline::plan::Block;
 use crate::pipeline::records::Seam;
 use crate::pipeline::resume::journal;
 use crate::pipeline::resume::journal::FinishedBlock;

@@ -11,7 +11,6 @@
 //! once, whatever their order, as long as the sample tells how they lie; where it does not (a stream that is sorted, say, whose
 //! beginning was taken for a sample), twice. (The design spools a stream to sample it, which writes and reads everything twice.)
 
-pub(crate) mod plan;
 pub(crate) mod resplit;
 pub(crate) mod run;
 
@@ -27,9 +26,10 @@ use crate::pipeline::ingest::divide::divide;
 use crate::pipeline::ingest::point_store::{Item, PointStore};
 use run::RunWriter;
 
+pub(crate) use crate::pipeline::ingest::point_store::Record;
+pub(crate) use crate::pipeline::plan::Run;
 pub(crate) use crate::store::cell_index::CellIndex;
 pub(crate) use resplit::{check_runs, damaged, read_points};
-pub(crate) use run::{Record, Run};
 
 /// Points of a sample that are looked at: a cell of 1/512 has 128.
 pub(crate) const SAMPLE: usize = 1 << 16;
