@@ -18,7 +18,8 @@ use std::sync::OnceLock;
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::io::MemoryFile;
-use delaunay_tiles::query::{Method, Mode, QueryOptions};
+use delaunay_tiles::query::baselines::{Method, Stretch};
+use delaunay_tiles::query::{Mode, QueryOptions};
 use delaunay_tiles::store::{LineKind, OpenOptions, TileReader};
 use delaunay_tiles::{BuildOptions, Builder};
 use futures::{StreamExt, TryStreamExt};
@@ -141,7 +142,7 @@ async fn ask(bytes: Vec<u8>) {
         let _ = reader.cdt_distance(from, to, options()).await;
         for method in [
             Method::Visibility {
-                stretch: Method::STRETCH,
+                stretch: Stretch::PROVED,
             },
             Method::EuclidZhang,
             Method::EuclidXia,

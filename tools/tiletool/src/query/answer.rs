@@ -1,7 +1,8 @@
 //! What a query comes to, as far as it is printed.
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{AlongInterval, Location, Near, Path, QueryError, SiteFound, Statistics};
+use delaunay_tiles::query::baselines::Statistics;
+use delaunay_tiles::query::{AlongInterval, Location, Near, Path, QueryError, SiteFound};
 use delaunay_tiles::shown;
 use delaunay_tiles::store::VertexId;
 

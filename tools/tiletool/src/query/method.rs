@@ -1,7 +1,8 @@
 //! By which method distances are found, and what an answer cost.
 
 use clap::{Args, ValueEnum};
-use delaunay_tiles::query::{Measured, Method, PathOutcome, QueryError, QueryOptions, SiteFound, Statistics};
+use delaunay_tiles::query::baselines::{Measured, Method, Statistics, Stretch};
+use delaunay_tiles::query::{PathOutcome, QueryOptions, SiteFound};
 use delaunay_tiles::store::TileReader;
 use serde_json::{Map, Value, json};
 
@@ -11,13 +12,9 @@ use super::batch::Question;
 use crate::common::thousands;
 
 /// A stretch factor that may hold.
-fn stretch(text: &str) -> Result<f64, String> {
+fn stretch(text: &str) -> Result<Stretch, String> {
     let stretch = text.parse().map_err(|_| "a stretch factor is a number".to_owned())?;
-    if (Method::LEAST_STRETCH..f64::INFINITY).contains(&stretch) {
-        Ok(stretch)
-    } else {
-        Err(QueryError::Stretch { stretch }.to_string())
-    }
+    Stretch::new(stretch).map_err(|error| error.to_string())
 }
 
 /// How distances are found.
@@ -28,8 +25,8 @@ pub struct MethodArgs {
     method: Name,
     /// What the distance along edges is of the walking distance at most, for --method visibility: 2.42 is proved, and less than
     /// 1.5932 refused
-    #[arg(long, value_name = "T", default_value_t = Method::STRETCH, value_parser = stretch)]
-    stretch: f64,
+    #[arg(long, value_name = "T", default_value = "2.42", value_parser = stretch)]
+    stretch: Stretch,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -2,7 +2,8 @@
 
 use anyhow::bail;
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{Measured, Method, QueryOptions, SiteFound, Statistics};
+use delaunay_tiles::query::baselines::{Measured, Method, Statistics};
+use delaunay_tiles::query::{QueryOptions, SiteFound};
 use delaunay_tiles::store::TileReader;
 
 /// Which sites are asked for.
@@ -109,7 +110,7 @@ fn is_same(found: &[SiteFound], expected: &[SiteFound]) -> bool {
 pub fn name(method: Method) -> String {
     match method {
         Method::Wave => "wave".to_owned(),
-        Method::Visibility { stretch } => format!("visibility, t = {stretch}"),
+        Method::Visibility { stretch } => format!("visibility, t = {}", stretch.get()),
         Method::EuclidZhang => "Zhang et al.".to_owned(),
         Method::EuclidXia => "Xia et al.".to_owned(),
     }

@@ -13,7 +13,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, bail};
 use clap::Args;
-use delaunay_tiles::query::Method;
+use delaunay_tiles::query::baselines::{Method, Stretch};
 use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
 
 use super::folder::Folder;
@@ -45,7 +45,7 @@ pub struct QueriesArgs {
     #[arg(long, value_name = "K,…", value_delimiter = ',', default_values_t = [1, 10, 50], value_parser = clap::value_parser!(u32).range(1..))]
     k: Vec<u32>,
     /// Stretch factors for the thesis's method
-    #[arg(long, value_name = "T,…", value_delimiter = ',', default_values_t = [Method::LEAST_STRETCH, 2.0, Method::STRETCH])]
+    #[arg(long, value_name = "T,…", value_delimiter = ',', default_values_t = [Stretch::LEAST.get(), 2.0, Stretch::PROVED.get()])]
     stretches: Vec<f64>,
     /// Which of all random places
     #[arg(long, value_name = "S", default_value_t = 1)]
@@ -55,7 +55,10 @@ pub struct QueriesArgs {
 /// Measures and writes.
 pub fn run(args: QueriesArgs) -> anyhow::Result<()> {
     let mut methods = vec![Method::Wave];
-    methods.extend(args.stretches.iter().map(|&stretch| Method::Visibility { stretch }));
+    for &stretch in &args.stretches {
+        let stretch = Stretch::new(stretch)?;
+        methods.push(Method::Visibility { stretch });
+    }
     methods.extend([Method::EuclidZhang, Method::EuclidXia]);
     let stop = common::interruption();
     let mut folder = Folder::create(&args.output)?;

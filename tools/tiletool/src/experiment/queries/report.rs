@@ -1,6 +1,6 @@
 //! What queries cost, as tables and charts.
 
-use delaunay_tiles::query::{Method, Statistics};
+use delaunay_tiles::query::baselines::{Method, Statistics};
 
 use super::measure::{Cost, Wanted, median, name};
 use crate::experiment::folder::Folder;

@@ -4,7 +4,8 @@ use std::collections::BinaryHeap;
 
 use anyhow::{Context, bail};
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{Method, PathOutcome, QueryError, QueryOptions};
+use delaunay_tiles::query::baselines::Stretch;
+use delaunay_tiles::query::{PathOutcome, QueryError, QueryOptions};
 use delaunay_tiles::store::TileReader;
 use distributions::mix;
 use futures::{StreamExt, TryStreamExt, stream};
@@ -100,13 +101,13 @@ async fn measure(reader: &TileReader, from: Point, to: Point) -> anyhow::Result<
         geodesic: path.distance.value,
         cdt: along.distance.value,
     };
-    let is_bounded = along.distance.upper >= path.distance.lower && pair.ratio() <= Method::STRETCH;
+    let is_bounded = along.distance.upper >= path.distance.lower && pair.ratio() <= Stretch::PROVED.get();
     if !is_bounded {
         bail!(
             "from {from:?} to {to:?} it is {} along edges and {} in all: the ratio is not from 1 to {}",
             pair.cdt,
             pair.geodesic,
-            Method::STRETCH
+            Stretch::PROVED.get()
         );
     }
     Ok(Some(pair))

@@ -1,6 +1,6 @@
 //! The page about both distances.
 
-use delaunay_tiles::query::Method;
+use delaunay_tiles::query::baselines::Stretch;
 use delaunay_tiles::store::TileReader;
 
 use super::super::folder::Folder;
@@ -57,7 +57,7 @@ pub fn keep(
         thousands(metadata.constraint_edges),
         thousands(drawn.pairs.len() as u64),
         thousands(drawn.apart as u64),
-        Method::STRETCH,
+        Stretch::PROVED.get(),
     );
     let blocked: Vec<Pair> = drawn.pairs.iter().copied().filter(Pair::is_blocked).collect();
     let mut table = Table::new([
