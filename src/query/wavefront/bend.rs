@@ -3,8 +3,8 @@
 use super::cone::Cone;
 use super::goal::Goal;
 use super::parts::{Shape, Side};
-use super::queue::{Item, Via};
-use super::roots::{NO_ROOT, Root, TIE};
+use super::roots::{Root, TIE};
+use super::task::Via;
 use super::wave::Wave;
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::query::free_space::{Ground, SINGLE, TURNING, Wedge};
@@ -12,8 +12,15 @@ use crate::query::request::{Contradiction, next, previous, side_towards};
 
 impl Wave {
     /// A vertex is the nearest thing to do.
-    pub(crate) fn reach(&mut self, ground: Ground<'_>, item: &Item) -> Result<(), Contradiction> {
-        let (vertex, length) = (item.index, item.left.x);
+    pub(super) fn reach(
+        &mut self,
+        ground: Ground<'_>,
+        vertex: u32,
+        point: Point,
+        before: u32,
+        length: f64,
+        via: Via,
+    ) -> Result<(), Contradiction> {
         let Some(&marks) = ground.marks().of_vertices.get(vertex as usize) else {
             return Err(Contradiction::NoVertex(vertex));
         };
@@ -25,12 +32,12 @@ impl Wave {
         }
         if length < seen.told {
             seen.told = length;
-            self.tell_vertex(ground, vertex, length, item.root);
+            self.tell_vertex(ground, vertex, length, before);
         }
         if marks & TURNING == 0 {
             return Ok(());
         }
-        let wedge = match Via::from_vertex(item.other) {
+        let wedge = match via {
             Via::Side(side) => Wedge::Triangle(side),
             Via::Outside => Wedge::Outside,
             Via::RightOf(to) => match side_towards(ground.tile, vertex, to)? {
@@ -42,20 +49,21 @@ impl Wave {
             return Ok(());
         }
         let seen = self.seen.entry(id).or_default();
-        let mut root = seen.root;
         // Whatever came from a longer way is superseded.
-        if root == NO_ROOT || length < self.roots[root as usize].length {
-            root = self.roots.len() as u32;
-            (seen.root, seen.limit) = (root, length);
+        let known = seen.root.filter(|&root| length >= self.roots[root as usize].length);
+        let root = known.unwrap_or_else(|| {
+            let root = self.roots.len() as u32;
+            (seen.root, seen.limit) = (Some(root), length);
             self.roots.push(Root {
-                point: item.right,
+                point,
                 vertex: Some(id),
                 length,
-                parent: item.root,
+                parent: Some(before),
                 done: [0; 2],
             });
-        }
-        let from = self.roots[item.root as usize].point;
+            root
+        });
+        let from = self.roots[before as usize].point;
         for leftwards in [true, false] {
             self.spread_round(ground, root, vertex, from, wedge, leftwards)?;
         }
@@ -119,7 +127,7 @@ impl Wave {
     }
 
     /// A root at a hull vertex sees its neighbours along the hull, or one of them, and the places before it.
-    pub(crate) fn spread_outside(
+    pub(super) fn spread_outside(
         &mut self,
         ground: Ground<'_>,
         root: u32,

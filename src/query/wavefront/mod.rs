@@ -27,6 +27,7 @@ mod bend;
 mod cone;
 mod found;
 mod goal;
+mod heap;
 mod join;
 mod parts;
 mod queue;
@@ -37,6 +38,7 @@ mod see;
 mod spread;
 mod start;
 mod step;
+mod task;
 mod waiting;
 mod wave;
 

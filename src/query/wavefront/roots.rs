@@ -7,9 +7,6 @@ use crate::collections::mix::Mix;
 use crate::geometry::Point;
 use crate::store::VertexId;
 
-/// No root, where the source has none.
-pub(crate) const NO_ROOT: u32 = u32::MAX;
-
 /// Ways whose lengths differ by less than this part may be equally long but for rounding, so that neither rules out the other.
 pub(crate) const TIE: f64 = 1.0 + 1e-12;
 
@@ -21,8 +18,8 @@ pub(crate) struct Root {
     pub(crate) vertex: Option<VertexId>,
     /// The way from the source.
     pub(crate) length: f64,
-    /// The root before it.
-    pub(crate) parent: u32,
+    /// The root before it, unless it is the source.
+    pub(crate) parent: Option<u32>,
     /// How many wedges of its sector are done, from its left end on, and from its right end on.
     pub(crate) done: [u32; 2],
 }
@@ -34,8 +31,8 @@ pub(crate) struct Seen {
     pub(crate) marks: Option<u8>,
     /// The way over which it was told of, if it is to be.
     pub(crate) told: f64,
-    /// Its root, or [`NO_ROOT`].
-    pub(crate) root: u32,
+    /// Its root.
+    pub(crate) root: Option<u32>,
     /// The way to its root, or that over which it waits in the queue, if it has one free sector only: longer ones are not needed.
     pub(crate) limit: f64,
 }
@@ -45,7 +42,7 @@ impl Default for Seen {
         Self {
             marks: None,
             told: f64::INFINITY,
-            root: NO_ROOT,
+            root: None,
             limit: f64::INFINITY,
         }
     }

@@ -4,18 +4,17 @@ use super::cone::Cone;
 use super::found::What;
 use super::goal::Goal;
 use super::parts::{Shape, Side};
-use super::queue::{Item, Kind, NOWHERE, Via};
 use super::roots::TIE;
+use super::task::{Task, Via};
 use super::wave::Wave;
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::query::answer::distance;
 use crate::query::free_space::{Ground, SINGLE, TURNING};
 use crate::query::request::previous;
-use crate::store::VertexId;
 
 impl Wave {
     /// A vertex is seen from a root by way of the triangle of a side that leaves it.
-    pub(crate) fn see_by(&mut self, ground: Ground<'_>, root: u32, corner: u32, side: u32) {
+    pub(super) fn see_by(&mut self, ground: Ground<'_>, root: u32, corner: u32, side: u32) {
         let via = if corner < ground.tile.vertex_count() {
             Via::Side(side)
         } else {
@@ -25,7 +24,7 @@ impl Wave {
     }
 
     /// A vertex is seen from a root.
-    pub(crate) fn see(&mut self, ground: Ground<'_>, root: u32, corner: u32, via: Via) {
+    pub(super) fn see(&mut self, ground: Ground<'_>, root: u32, corner: u32, via: Via) {
         let from = self.roots[root as usize];
         let point = ground.point(corner);
         if point == from.point {
@@ -66,21 +65,18 @@ impl Wave {
             }
         }
         let ahead = self.towards.map_or(0.0, |goal| distance(point, goal));
-        let item = Item {
-            kind: Kind::Vertex,
-            tile: id.tile,
-            index: id.index,
-            other: via.to_vertex(),
+        let task = Task::Vertex {
+            vertex: id.index,
+            point,
             root,
-            right: point,
-            left: Point::new(length, 0.0),
-            seam: 0,
+            length,
+            via,
         };
-        self.push(length + ahead, item);
+        self.push(length + ahead, Some(id.tile), task);
     }
 
     /// What lies outside the hull and is seen over a hull edge, ends as seen on the right and on the left.
-    pub(crate) fn see_outside(&mut self, root: u32, edge: [Point; 2], cone: &Cone) {
+    pub(super) fn see_outside(&mut self, root: u32, edge: [Point; 2], cone: &Cone) {
         let between = [cone.right, cone.left];
         self.keep(root, Shape::Beyond { edge, between });
         let Goal::Places(places) = &self.goal else { return };
@@ -93,7 +89,7 @@ impl Wave {
     }
 
     /// What lies outside the hull, on one side of the line from the source through a point.
-    pub(crate) fn see_half(&mut self, towards: Point, is_left: bool) {
+    pub(super) fn see_half(&mut self, towards: Point, is_left: bool) {
         let side = Side { towards, is_left };
         let except = self.beside.replace(side);
         self.keep(0, Shape::Half { side, except });
@@ -108,7 +104,7 @@ impl Wave {
         self.see_places(&seen, 0);
     }
 
-    pub(crate) fn see_places(&mut self, seen: &[u32], root: u32) {
+    pub(super) fn see_places(&mut self, seen: &[u32], root: u32) {
         for &goal in seen {
             let Goal::Places(places) = &self.goal else { return };
             let point = places.points()[goal as usize];
@@ -117,7 +113,7 @@ impl Wave {
     }
 
     /// The places in a closed triangle that a root sees whole.
-    pub(crate) fn see_places_in(&mut self, ground: Ground<'_>, root: u32, triangle: u32) {
+    pub(super) fn see_places_in(&mut self, ground: Ground<'_>, root: u32, triangle: u32) {
         if self.parts.is_some() {
             let corners = ground.tile.triangle_points(triangle);
             self.keep(root, Shape::Triangle { corners, between: None });
@@ -141,28 +137,12 @@ impl Wave {
         });
         self.see_places(&found, root);
     }
-}
 
-impl Wave {
     /// A place is seen from a root.
     pub(super) fn see_place(&mut self, goal: u32, point: Point, root: u32) {
         let from = &self.roots[root as usize];
         let length = from.length + distance(from.point, point);
-        let nowhere = VertexId {
-            tile: NOWHERE,
-            index: 0,
-        };
-        let item = Item {
-            kind: Kind::Goal,
-            tile: NOWHERE,
-            index: goal,
-            other: nowhere,
-            root,
-            right: point,
-            left: Point::new(length, 0.0),
-            seam: 0,
-        };
-        self.push(length, item);
+        self.push(length, None, Task::Goal { goal, root, length });
     }
 
     /// A vertex of the file was reached: tells of it, once.
@@ -186,9 +166,7 @@ impl Wave {
             Goal::Places(_) => {}
         }
     }
-}
 
-impl Wave {
     /// Places outside that the source sees before a hull edge.
     pub(super) fn see_before_hull(&mut self, right: Point, left: Point) {
         let corners = [self.source, right, left];

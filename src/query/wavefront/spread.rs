@@ -3,19 +3,17 @@
 use super::cone::{Cone, minus};
 use super::goal::Goal;
 use super::parts::Shape;
-use super::queue::{Item, Kind, NOWHERE, seam_between};
+use super::task::{Task, seam_between};
 use super::waiting::Ahead;
 use super::wave::Wave;
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::query::free_space::{Ground, Passage, Passages};
 use crate::query::request::{Contradiction, next, previous, side_towards};
+use crate::store::VertexId;
 
 /// Triangles that a cone passes at most without a look at how long its ways are now, where it leaves each by one side only. To look takes
 /// longer than to pass such a triangle, so it may as well go a little too far.
 const TRUST: u32 = 8;
-
-/// In place of a side that another tile has.
-const NO_SIDE: u32 = u32::MAX;
 
 /// A side by which a cone leaves a triangle, with its ends as seen on the right and on the left: corners, and where they are.
 #[derive(Clone, Copy)]
@@ -35,31 +33,37 @@ struct Stride {
 }
 
 impl Wave {
-    /// A cone enters a triangle.
-    pub(crate) fn enter(&mut self, ground: Ground<'_>, item: &Item) -> Result<(), Contradiction> {
-        let root = item.root;
-        let cone = Cone {
-            root: self.roots[root as usize].point,
-            right: item.right,
-            left: item.left,
-        };
-        if item.other.tile == NOWHERE {
-            return self.through(ground, root, item.index, cone);
+    /// The cone of a root between the rays through two points.
+    #[inline]
+    pub(super) fn cone(&self, root: u32, right: Point, left: Point) -> Cone {
+        let root = self.roots[root as usize].point;
+        Cone { root, right, left }
+    }
+
+    /// A cone enters the triangle of the side that comes from one vertex to another one, of the tile.
+    pub(super) fn enter(
+        &mut self,
+        ground: Ground<'_>,
+        vertex: u32,
+        from: VertexId,
+        root: u32,
+        cone: Cone,
+        seam: u64,
+    ) -> Result<(), Contradiction> {
+        if vertex >= ground.tile.vertex_count() {
+            return Err(Contradiction::NoVertex(vertex));
         }
-        if item.index >= ground.tile.vertex_count() {
-            return Err(Contradiction::NoVertex(item.index));
-        }
-        match side_towards(ground.tile, item.index, item.other)? {
+        match side_towards(ground.tile, vertex, from)? {
             Some(side) if ground.is_free(side / 3) => {
                 let ends = [side, next(side)].map(|side| ground.point(ground.tile.origin(side)));
-                if seam_between(ends) != item.seam {
+                if seam_between(ends) != seam {
                     return Err(Contradiction::EndElsewhere(side));
                 }
                 ground.check_crossing(side, ends)?;
                 self.through(ground, root, side, cone)
             }
             None if self.outside_is_free => {
-                let edge = ground.first(item.index)?;
+                let edge = ground.first(vertex)?;
                 let edge = [edge, next(edge)].map(|side| ground.point(ground.tile.origin(side)));
                 self.see_outside(root, edge, &cone);
                 Ok(())
@@ -69,7 +73,7 @@ impl Wave {
     }
 
     /// Pushes a cone through the free triangle of a side, and on as long as nothing else is nearer.
-    pub(crate) fn through(
+    pub(super) fn through(
         &mut self,
         ground: Ground<'_>,
         root: u32,
@@ -115,28 +119,7 @@ impl Wave {
                     on_left => {
                         stride.trust = TRUST;
                         self.see_by(ground, root, apex.0, previous(side));
-                        let [mut one, mut other] = [None, None];
-                        let halves = [Cone { left: point, ..cone }, Cone { right: point, ..cone }];
-                        // A cone between two equal rays shows nothing that its neighbours do not.
-                        if on_right != Orientation::Collinear {
-                            one = self.look(passages, root, &to_right, &halves[0])?;
-                        }
-                        if on_left != Orientation::Collinear {
-                            other = self.look(passages, root, &to_left, &halves[1])?;
-                        }
-                        match (one, other) {
-                            (Some(one), Some(other)) if one.length <= other.length => {
-                                self.put_off(tile, root, other, &halves[1]);
-                                Some((one, to_right, halves[0]))
-                            }
-                            (Some(one), Some(other)) => {
-                                self.put_off(tile, root, one, &halves[0]);
-                                Some((other, to_left, halves[1]))
-                            }
-                            (Some(one), None) => Some((one, to_right, halves[0])),
-                            (None, Some(other)) => Some((other, to_left, halves[1])),
-                            (None, None) => None,
-                        }
+                        self.part(passages, root, [to_right, to_left], cone, [on_right, on_left])?
                     }
                 }
             };
@@ -153,6 +136,44 @@ impl Wave {
             (side, cone, stride.length) = (ahead.side, narrow, ahead.length);
             (right, left) = (door.right, door.left);
         }
+    }
+
+    /// A vertex in a cone parts it in two, which leave the triangle by a side each: goes on with the one whose ways have less, and puts off
+    /// the other. `turns` tell where the vertex lies, seen from the root past the right and the left of the cone.
+    #[inline]
+    fn part(
+        &mut self,
+        passages: Passages<'_>,
+        root: u32,
+        doors: [Door; 2],
+        cone: Cone,
+        turns: [Orientation; 2],
+    ) -> Result<Option<(Ahead, Door, Cone)>, Contradiction> {
+        let [to_right, to_left] = doors;
+        let point = to_right.left.1;
+        let halves = [Cone { left: point, ..cone }, Cone { right: point, ..cone }];
+        let [mut one, mut other] = [None, None];
+        // A cone between two equal rays shows nothing that its neighbours do not.
+        if turns[0] != Orientation::Collinear {
+            one = self.look(passages, root, &to_right, &halves[0])?;
+        }
+        if turns[1] != Orientation::Collinear {
+            other = self.look(passages, root, &to_left, &halves[1])?;
+        }
+        let tile = passages.ground().tile.id();
+        Ok(match (one, other) {
+            (Some(one), Some(other)) if one.length <= other.length => {
+                self.put_off(tile, root, other, &halves[1]);
+                Some((one, to_right, halves[0]))
+            }
+            (Some(one), Some(other)) => {
+                self.put_off(tile, root, one, &halves[0]);
+                Some((other, to_left, halves[1]))
+            }
+            (Some(one), None) => Some((one, to_right, halves[0])),
+            (None, Some(other)) => Some((other, to_left, halves[1])),
+            (None, None) => None,
+        })
     }
 
     /// Looks over the only side by which a cone leaves a triangle, but not each time.
@@ -189,15 +210,15 @@ impl Wave {
     ) -> Result<Option<Ahead>, Contradiction> {
         let [(right_corner, right), (left_corner, left)] = [door.right, door.left];
         let entered = match passages.beyond(door.side) {
-            Passage::Side(side) => side,
+            Passage::Side(side) => Some(side),
             Passage::Blocked => return Ok(None),
-            Passage::DeadEnd(side) if self.is_all_wanted() || self.here.may_enter(side / 3) => side,
+            Passage::DeadEnd(side) if self.is_all_wanted() || self.here.may_enter(side / 3) => Some(side),
             Passage::DeadEnd(_) => return Ok(None),
             Passage::Outside => {
                 self.see_outside(root, [right, left], cone);
                 return Ok(None);
             }
-            Passage::Elsewhere => NO_SIDE,
+            Passage::Elsewhere => None,
             Passage::AtOdds => return Err(Contradiction::NotBeside(door.side / 3)),
         };
         let crossing = cone.crossing(right, left);
@@ -209,32 +230,30 @@ impl Wave {
         if length > self.limit {
             return Ok(None);
         }
-        if entered != NO_SIDE {
-            return Ok(Some(Ahead { length, side: entered }));
+        if let Some(side) = entered {
+            return Ok(Some(Ahead { length, side }));
         }
         // Across, the side runs from the one's end to the other's start.
         let [from, to] = passages.ground().tile.ends(door.side).map(|end| end.id);
-        let item = Item {
-            kind: Kind::Cone,
-            tile: from.tile,
-            index: from.index,
-            other: to,
+        let task = Task::ConeOver {
+            vertex: from.index,
+            from: to,
             root,
             right: cone.right,
             left: cone.left,
             seam: seam_between([left, right]),
         };
-        self.push(length, item);
+        self.push(length, Some(from.tile), task);
         Ok(None)
     }
 
     /// Whether what lies in dead ends is wanted too.
-    pub(super) fn is_all_wanted(&self) -> bool {
+    fn is_all_wanted(&self) -> bool {
         self.parts.is_some() || matches!(self.goal, Goal::Vertices)
     }
 
     /// The cone over a side out of its triangle waits in the queue.
-    pub(crate) fn pass(
+    pub(super) fn pass(
         &mut self,
         ground: Ground<'_>,
         root: u32,

@@ -4,54 +4,86 @@ use std::collections::{BinaryHeap, HashMap, HashSet};
 
 use super::cone::Cone;
 use super::goal::Goal;
-use super::queue::{Item, Kind, NOWHERE, Queue, Via};
+use super::queue::Queue;
 use super::reached::Reached;
-use super::roots::{NO_ROOT, Root, SeenVertices};
+use super::roots::{Root, SeenVertices};
+use super::task::{Task, Via};
 use super::waiting::Waiting;
 use super::wave::{PAUSE, Wave};
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::query::free_space::{Ground, Place, SINGLE, Spot, Wedge};
+use crate::query::locating::TriangleRef;
 use crate::query::request::{Contradiction, next, side_towards};
 use crate::store::VertexId;
 
 impl Wave {
+    /// A wave from a free place to all that is not farther away than `limit`.
+    pub(crate) fn new(source: &Place, goal: Goal, limit: f64, outside_is_free: bool) -> Box<Self> {
+        let towards = match &goal {
+            Goal::Places(places) => places.single(),
+            Goal::Sites | Goal::Vertices => None,
+        };
+        // It is large, and moved with the futures that drive it.
+        let mut this = Box::new(Self {
+            source: source.point,
+            outside_is_free,
+            goal,
+            towards,
+            limit,
+            queue: Queue::new(),
+            waiting: Waiting::new(),
+            joins: towards.is_none(),
+            passed: 0,
+            roots: Vec::with_capacity(8),
+            seen: SeenVertices::default(),
+            here: Reached::default(),
+            here_is: None,
+            elsewhere: HashMap::default(),
+            ready: BinaryHeap::new(),
+            told: HashSet::default(),
+            pause: PAUSE,
+            parts: None,
+            beside: None,
+        });
+        this.start(source);
+        this
+    }
+
     /// Puts in the queue what the source sees first.
     pub(crate) fn start(&mut self, source: &Place) {
         self.roots.push(Root {
             point: source.point,
             vertex: source.vertex(),
             length: 0.0,
-            parent: NO_ROOT,
+            parent: None,
             done: [0; 2],
         });
-        let nowhere = VertexId {
-            tile: NOWHERE,
-            index: 0,
-        };
-        let mut push = |kind, tile, index, other| {
-            let item = Item {
-                kind,
-                tile,
-                index,
-                other,
-                root: 0,
-                right: source.point,
-                left: source.point,
-                seam: 0,
-            };
-            self.queue.push(0.0, item);
-        };
+        let mut push = |tile, task| _ = self.queue.push(0.0, Some(tile), task);
         match source.spot {
-            Spot::Triangle(triangle) => push(Kind::Start, triangle.tile, 3 * triangle.triangle, nowhere),
+            Spot::Triangle(TriangleRef { tile, triangle, .. }) => push(tile, Task::Start { triangle }),
             Spot::Edge { ends: [a, b] } => {
-                for (a, b) in [(a, b), (b, a)] {
-                    push(Kind::Start, b.id.tile, b.id.index, a.id);
+                for (from, VertexId { tile, index }) in [(a.id, b.id), (b.id, a.id)] {
+                    push(tile, Task::StartOnEdge { vertex: index, from });
                 }
             }
-            Spot::Vertex(vertex) => push(Kind::StartVertex, vertex.id.tile, vertex.id.index, nowhere),
-            Spot::Outside([from, to]) => {
-                push(Kind::Hull, from.tile, from.index, to);
-                push(Kind::HullBack, from.tile, from.index, to);
+            Spot::Vertex(vertex) => push(
+                vertex.id.tile,
+                Task::StartVertex {
+                    vertex: vertex.id.index,
+                },
+            ),
+            Spot::Outside([from, _]) => {
+                for forward in [true, false] {
+                    let (vertex, before) = (from.index, None);
+                    push(
+                        from.tile,
+                        Task::StartOnHull {
+                            vertex,
+                            forward,
+                            before,
+                        },
+                    );
+                }
             }
         }
         if let Goal::Places(places) = &self.goal {
@@ -70,26 +102,23 @@ impl Wave {
     }
 
     /// The source lies in a closed triangle.
-    pub(crate) fn start_in(&mut self, ground: Ground<'_>, item: &Item) -> Result<(), Contradiction> {
-        let side = if item.other.tile == NOWHERE {
-            item.index
-        } else if let Some(side) = side_towards(ground.tile, item.index, item.other)? {
-            side
-        } else {
-            return self.start_on_hull(ground, item);
-        };
-        if ground.is_free(side / 3) {
-            self.spread_in(ground, 0, side / 3)?;
+    pub(super) fn start_in(&mut self, ground: Ground<'_>, triangle: u32) -> Result<(), Contradiction> {
+        if ground.is_free(triangle) {
+            self.spread_in(ground, 0, triangle)?;
         }
         Ok(())
     }
 
-    /// The source lies on a hull edge, and outside of it.
-    pub(super) fn start_on_hull(&mut self, ground: Ground<'_>, item: &Item) -> Result<(), Contradiction> {
+    /// The source lies on an edge from one vertex to another one, of the tile.
+    pub(super) fn start_on_edge(&mut self, ground: Ground<'_>, to: u32, from: VertexId) -> Result<(), Contradiction> {
+        if let Some(side) = side_towards(ground.tile, to, from)? {
+            return self.start_in(ground, side / 3);
+        }
+        // On a hull edge, and outside of it.
         if !self.outside_is_free {
             return Ok(());
         }
-        let edge = ground.first(item.index)?;
+        let edge = ground.first(to)?;
         let ends = [edge, next(edge)].map(|side| ground.tile.origin(side));
         for end in ends {
             self.see(ground, 0, end, Via::Outside);
@@ -135,8 +164,13 @@ impl Wave {
     }
 
     /// The source lies outside and sees a hull edge from without: that which leaves a vertex, or the one that comes in.
-    pub(crate) fn start_along_hull(&mut self, ground: Ground<'_>, item: &Item) -> Result<(), Contradiction> {
-        let (vertex, forward) = (item.index, item.kind == Kind::Hull);
+    pub(super) fn start_on_hull(
+        &mut self,
+        ground: Ground<'_>,
+        vertex: u32,
+        forward: bool,
+        before: Option<[Point; 2]>,
+    ) -> Result<(), Contradiction> {
         if vertex >= ground.tile.vertex_count() {
             return Err(Contradiction::NoVertex(vertex));
         }
@@ -146,7 +180,7 @@ impl Wave {
         let edge = ground.along_hull(vertex, forward)?;
         let ends = [edge, next(edge)].map(|side| ground.tile.origin(side));
         let [left, right] = ends.map(|end| ground.point(end));
-        if !goes_on_convexly(item, left, right, forward) {
+        if !before.is_none_or(|before| goes_on_convexly(before, [left, right], forward)) {
             return Err(Contradiction::ConcaveHull(vertex));
         }
         if orient2d(left, right, at) != Orientation::Clockwise {
@@ -159,66 +193,24 @@ impl Wave {
             self.through(ground, 0, edge, cone)?;
         }
         let beyond = ground.tile.vertex(ends[usize::from(forward)]).id;
-        let item = Item {
-            kind: if forward { Kind::Hull } else { Kind::HullBack },
-            tile: beyond.tile,
-            index: beyond.index,
-            other: beyond,
-            root: 0,
-            right,
-            left,
-            seam: 0,
+        let task = Task::StartOnHull {
+            vertex: beyond.index,
+            forward,
+            before: Some([left, right]),
         };
-        self.queue.push(0.0, item);
+        self.queue.push(0.0, Some(beyond.tile), task);
         Ok(())
     }
 }
 
-/// Whether the hull edge from `left` to `right` continues the one that the item comes from, if there is one, without a turn to the
-/// right. Those that a source outside sees then are no more than there are, also where damaged tiles contradict each other: no convex
-/// chain that has a point on its right all the way turns by more than half a turn.
-fn goes_on_convexly(item: &Item, left: Point, right: Point, forward: bool) -> bool {
-    if item.left == item.right {
-        return true;
-    }
+/// Whether the hull edge from `left` to `right` continues the one before without a turn to the right. Those that a source
+/// outside sees then are no more than there are, also where damaged tiles contradict each other: no convex chain that has a point
+/// on its right all the way turns by more than half a turn.
+fn goes_on_convexly(before: [Point; 2], [left, right]: [Point; 2], forward: bool) -> bool {
     let (joined, turn) = if forward {
-        (item.right == left, orient2d(item.left, item.right, right))
+        (before[1] == left, orient2d(before[0], before[1], right))
     } else {
-        (item.left == right, orient2d(left, right, item.right))
+        (before[0] == right, orient2d(left, right, before[1]))
     };
     joined && turn != Orientation::Clockwise
-}
-
-impl Wave {
-    /// A wave from a free place to all that is not farther away than `limit`.
-    pub(super) fn new(source: &Place, goal: Goal, limit: f64, outside_is_free: bool) -> Box<Self> {
-        let towards = match &goal {
-            Goal::Places(places) => places.single(),
-            Goal::Sites | Goal::Vertices => None,
-        };
-        // It is large, and moved with the futures that drive it.
-        let mut this = Box::new(Self {
-            source: source.point,
-            outside_is_free,
-            goal,
-            towards,
-            limit,
-            queue: Queue::new(),
-            waiting: Waiting::new(),
-            joins: towards.is_none(),
-            passed: 0,
-            roots: Vec::with_capacity(8),
-            seen: SeenVertices::default(),
-            here: Reached::default(),
-            here_is: NOWHERE,
-            elsewhere: HashMap::default(),
-            ready: BinaryHeap::new(),
-            told: HashSet::default(),
-            pause: PAUSE,
-            parts: None,
-            beside: None,
-        });
-        this.start(source);
-        this
-    }
 }

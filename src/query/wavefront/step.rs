@@ -4,8 +4,9 @@ use std::cmp::Reverse;
 
 use super::found::{Found, Ready};
 use super::goal::Goal;
-use super::queue::{Kind, NOWHERE, Next};
+use super::queue::Next;
 use super::reached::Reached;
+use super::task::Task;
 use super::waiting::{JOINED_AFTER, ORDERED_AFTER};
 use super::wave::{PAUSE, Wave};
 use crate::query::free_space::Ground;
@@ -54,27 +55,67 @@ impl Wave {
             if self.pause == 0 {
                 return Ok(Step::Pause);
             }
-            let item = match self.queue.next() {
-                Next::Item(item) => item,
+            let task = match self.queue.next() {
+                Next::Task(task) => task,
                 Next::In(tile) => return Ok(Step::Need(tile)),
                 Next::Nothing => return Ok(Step::Done),
             };
-            match item.kind {
-                Kind::Cone => self.enter(ground, &item)?,
-                Kind::Vertex => self.reach(ground, &item)?,
-                Kind::Goal => self.tell_place(item.index, item.left.x, item.root),
-                Kind::Start => self.start_in(ground, &item)?,
-                Kind::StartVertex => self.start_at(ground, item.index)?,
-                Kind::Hull | Kind::HullBack => self.start_along_hull(ground, &item)?,
-                Kind::Nothing => {}
+            self.run(ground, task)?;
+        }
+    }
+
+    /// Does a thing in the tile at hand.
+    #[inline]
+    fn run(&mut self, ground: Ground<'_>, task: Task) -> Result<(), Contradiction> {
+        match task {
+            Task::Cone {
+                side,
+                root,
+                right,
+                left,
+                ..
+            } => {
+                let cone = self.cone(root, right, left);
+                self.through(ground, root, side, cone)
             }
+            Task::ConeOver {
+                vertex,
+                from,
+                root,
+                right,
+                left,
+                seam,
+            } => {
+                let cone = self.cone(root, right, left);
+                self.enter(ground, vertex, from, root, cone, seam)
+            }
+            Task::Vertex {
+                vertex,
+                point,
+                root,
+                length,
+                via,
+            } => self.reach(ground, vertex, point, root, length, via),
+            Task::Goal { goal, root, length } => {
+                self.tell_place(goal, length, root);
+                Ok(())
+            }
+            Task::Start { triangle } => self.start_in(ground, triangle),
+            Task::StartOnEdge { vertex, from } => self.start_on_edge(ground, vertex, from),
+            Task::StartVertex { vertex } => self.start_at(ground, vertex),
+            Task::StartOnHull {
+                vertex,
+                forward,
+                before,
+            } => self.start_on_hull(ground, vertex, forward, before),
+            Task::Nothing => Ok(()),
         }
     }
 
     /// Turns to what is known of a tile.
-    pub(crate) fn come_to(&mut self, ground: Ground<'_>) {
+    fn come_to(&mut self, ground: Ground<'_>) {
         let id = ground.tile.id();
-        if self.here_is == id {
+        if self.here_is == Some(id) {
             return;
         }
         let here = self.elsewhere.remove(&id).unwrap_or_else(|| match &self.goal {
@@ -83,8 +124,7 @@ impl Wave {
         });
         self.queue.come_to(id);
         let there = std::mem::replace(&mut self.here, here);
-        let was = std::mem::replace(&mut self.here_is, id);
-        if was != NOWHERE {
+        if let Some(was) = self.here_is.replace(id) {
             self.elsewhere.insert(was, there);
         }
     }

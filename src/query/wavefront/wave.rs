@@ -7,9 +7,10 @@ use std::hash::BuildHasherDefault;
 use super::found::{Found, Ready, What};
 use super::goal::Goal;
 use super::parts::{Part, Shape, Side};
-use super::queue::{Item, Queue};
+use super::queue::Queue;
 use super::reached::Reached;
 use super::roots::{Root, SeenVertices};
+use super::task::Task;
 use super::waiting::Waiting;
 use crate::collections::mix::Mix;
 use crate::geometry::Point;
@@ -39,7 +40,7 @@ pub(crate) struct Wave {
     pub(super) seen: SeenVertices,
     /// What it knows of the tile that it is in, and of those where it was.
     pub(super) here: Reached,
-    pub(super) here_is: TileId,
+    pub(super) here_is: Option<TileId>,
     pub(super) elsewhere: HashMap<TileId, Reached, BuildHasherDefault<Mix>>,
     pub(super) ready: BinaryHeap<Reverse<Ready>>,
     /// The numbers of what was told.
@@ -67,8 +68,8 @@ impl Wave {
     /// The vertices and points on the way to a root, the source first.
     pub(crate) fn way(&self, root: u32) -> Vec<(Point, Option<VertexId>)> {
         let mut way = Vec::new();
-        let mut at = root;
-        while let Some(root) = self.roots.get(at as usize) {
+        let mut at = Some(root);
+        while let Some(root) = at.map(|at| &self.roots[at as usize]) {
             way.push((root.point, root.vertex));
             at = root.parent;
         }
@@ -95,10 +96,10 @@ impl Wave {
 
     /// The tiles that it will most likely need after this one, the likeliest first.
     pub(crate) fn ahead(&self, after: TileId) -> Vec<TileId> {
-        let mut items: Vec<(f64, TileId)> = self.queue.top().filter(|&(_, tile)| tile != after).collect();
-        items.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut soon: Vec<(f64, TileId)> = self.queue.top().filter(|&(_, tile)| tile != after).collect();
+        soon.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut tiles: Vec<TileId> = Vec::new();
-        for (_, tile) in items {
+        for (_, tile) in soon {
             if !tiles.contains(&tile) {
                 tiles.push(tile);
             }
@@ -106,9 +107,9 @@ impl Wave {
         tiles
     }
 
-    pub(super) fn push(&mut self, length: f64, item: Item) {
+    pub(super) fn push(&mut self, length: f64, tile: Option<TileId>, task: Task) {
         if length <= self.limit {
-            self.queue.push(length, item);
+            self.queue.push(length, tile, task);
         }
     }
 
@@ -135,9 +136,7 @@ impl Wave {
             Goal::Vertices => true,
         }
     }
-}
 
-impl Wave {
     /// Keeps parts from now on.
     pub(crate) fn keep_parts(&mut self) {
         self.parts.get_or_insert_default();
