@@ -18,6 +18,7 @@ use crate::store::TileReader;
 
 /// A piece of the area within a walking distance: what of a convex polygon is within reach of a point that sees all of it.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct AreaPiece {
     /// The point: that from which the distance counts, or one round which ways bend.
     pub root: Point,

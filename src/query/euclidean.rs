@@ -15,6 +15,7 @@ use crate::store::{KdNode, Tile, TileId, TileReader, Vertex};
 
 /// A vertex or a site, by Euclidean distance.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Near {
     /// The vertex, at which the site lies if it is one.
     pub vertex: Vertex,

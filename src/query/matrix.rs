@@ -26,6 +26,7 @@ use crate::store::{ReadError, TileReader};
 
 /// How far it is from one of some points to one of others.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct PairDistance {
     /// The place of the first point in its list.
     pub from: usize,
@@ -39,6 +40,7 @@ pub struct PairDistance {
 
 /// How a question for a distance ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum DistanceOutcome {
     /// With a distance.
     Found(Distance),

@@ -3,16 +3,17 @@
 //! A query is a state machine without I/O that asks for tiles; a thin async driver feeds it through the cache.
 //!
 //! ```text
-//!   matrix, along, area                   many to many; along a line; all within reach
+//!   walking · matrix · along · area        sites and paths; many to many; along a line; all within reach
 //!       │
-//!   proximity ──▶ place ──▶ locate        where a query begins and ends
+//!       ├──▶ funnel ──▶ edges              an answer with bounds: the way along edges, and the same pulled taut
+//!       ├──▶ wavefront ──▶ route           what can be reached, nearest first; the path as it bends, and its proof
 //!       │
-//!       ├───────▶ wave ───▶ ground        what can be reached from there, nearest first; where one may walk
-//!       │
-//!       ├───────▶ fast ───▶ edges, taut   an answer with bounds: the way along edges, and the same pulled taut
-//!       ├───────▶ baselines ──▶ edges    the same by others' methods, to be measured (feature `baselines`)
-//!       │
-//!       └───────▶ route                   the path as it bends, and its proof
+//!       └──▶ free_space ──▶ locating       where a query begins and ends, and where one may walk
+//!                │
+//!                └──▶ request, answer      what a query may use: options, and tiles within them; what it answers with
+//!
+//!   euclidean                              as the crow flies
+//!   baselines                              the same by others' methods, to be measured (feature `baselines`)
 //! ```
 
 mod along;

@@ -5,6 +5,7 @@ use crate::store::Vertex;
 
 /// A part of a straight line on which the nearest sites, and their order, stay the same.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct AlongInterval {
     /// Where it starts: 0 at the start of the line, 1 at its end.
     pub from_t: f64,
@@ -20,6 +21,7 @@ pub struct AlongInterval {
 
 /// A site that is among the nearest on an interval.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct SiteAlong {
     /// Its number, from 0 over all inputs.
     pub number: u64,

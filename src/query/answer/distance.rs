@@ -11,6 +11,7 @@ pub(crate) fn distance(a: Point, b: Point) -> f64 {
 
 /// A length, with bounds of the true one.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Distance {
     /// The best guess.
     pub value: f64,

@@ -6,6 +6,7 @@ use crate::store::{EdgeSource, Vertex, VertexId};
 
 /// A shortest path.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Path {
     /// How long it is.
     pub distance: Distance,
@@ -19,6 +20,7 @@ pub struct Path {
 
 /// A bend of a path.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Bend {
     /// The vertex at which it is.
     pub vertex: Vertex,
@@ -35,6 +37,7 @@ pub(crate) type WayPoint = (Point, Option<VertexId>);
 
 /// How a question for a path ends.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum PathOutcome {
     /// With a shortest path.
     Found(Path),

@@ -6,6 +6,7 @@ use crate::store::{Vertex, VertexId};
 
 /// A site, by walking distance.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct SiteFound {
     /// Its number, from 0 over all inputs.
     pub number: u64,
@@ -21,6 +22,7 @@ pub struct SiteFound {
 
 /// A vertex, by walking distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct VertexFound {
     /// The vertex.
     pub vertex: Vertex,

@@ -8,7 +8,6 @@ use futures::stream::Stream;
 use foldhash::HashSet;
 
 use super::corner::PUT_IN;
-use super::node::NO_NODE;
 use super::run::EdgeRun;
 use crate::geometry::Point;
 use crate::query::answer::{Distance, SiteFound};
@@ -18,6 +17,7 @@ use crate::store::{TileReader, Vertex, VertexId};
 
 /// A shortest way along edges.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct CdtPath {
     /// How long it is; the bounds are those of the CDT distance.
     pub distance: Distance,
@@ -29,6 +29,7 @@ pub struct CdtPath {
 
 /// A vertex in one of its sectors, by CDT distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct CdtVertex {
     /// The vertex.
     pub vertex: Vertex,
@@ -54,13 +55,13 @@ impl Vertices {
     async fn next(&mut self) -> Result<Option<(CdtVertex, u32)>, QueryError> {
         while let Some(number) = self.run.next().await? {
             let node = *self.run.node(number);
-            let before = self.legs.get(node.parent as usize);
+            let before = node.parent.and_then(|parent| self.legs.get(parent as usize));
             self.legs.push(before.map_or(0, |legs| legs + 1));
             if node.vertex.tile == PUT_IN {
                 self.put_in += 1;
                 continue;
             }
-            let parent = node.parent.checked_sub(self.put_in).filter(|_| node.parent != NO_NODE);
+            let parent = node.parent.and_then(|parent| parent.checked_sub(self.put_in));
             let found = CdtVertex {
                 vertex: Vertex {
                     id: node.vertex,

@@ -31,7 +31,9 @@ mod search;
 mod sector;
 mod stretch;
 
-pub(crate) use corner::{Corner, Within, is_put_in};
+#[cfg(feature = "baselines")]
+pub(crate) use corner::Corner;
+pub(crate) use corner::{Within, is_put_in};
 pub(crate) use distances::SitesAlongEdges;
 pub use distances::{CdtPath, CdtVertex};
 pub(crate) use node::Node;

@@ -4,9 +4,6 @@ use super::corner::Within;
 use crate::geometry::Point;
 use crate::store::VertexId;
 
-/// In place of a node, where the source has none.
-pub(crate) const NO_NODE: u32 = u32::MAX;
-
 /// A vertex in a sector, as it was reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Node {
@@ -17,8 +14,8 @@ pub(crate) struct Node {
     pub(crate) sector: VertexId,
     /// The way to it.
     pub(crate) length: f64,
-    /// The node before it, or [`NO_NODE`].
-    pub(crate) parent: u32,
+    /// The node before it; none for the source.
+    pub(crate) parent: Option<u32>,
     /// In which wedge it was reached; none for the source.
     pub(crate) within: Option<Within>,
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+#[cfg(feature = "baselines")]
 use super::corner::Corner;
 use super::node::Node;
 use super::overlay::Overlay;

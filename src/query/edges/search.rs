@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::corner::{Corner, PUT_IN, Within};
-use super::node::{NO_NODE, Node};
+use super::node::Node;
 use super::overlay::{Link, Overlay};
 use super::sector::{sector, wedge};
 use crate::geometry::Point;
@@ -33,7 +33,7 @@ struct Entry {
     at_least: f64,
     vertex: VertexId,
     point: Point,
-    parent: u32,
+    parent: Option<u32>,
     /// Of those that differ in nothing else, which is first.
     turn: u32,
     /// None: all sectors of the source.
@@ -44,7 +44,9 @@ impl Entry {
     fn order(&self, other: &Self) -> Ordering {
         let by_length = self.at_least.total_cmp(&other.at_least);
         let by_point = by_length.then_with(|| self.point.lex_cmp(other.point));
-        let by_parent = by_point.then(self.parent.cmp(&other.parent));
+        // Those of the source come last.
+        let number = |entry: &Self| entry.parent.unwrap_or(u32::MAX);
+        let by_parent = by_point.then(number(self).cmp(&number(other)));
         by_parent.then(self.turn.cmp(&other.turn))
     }
 }
@@ -125,7 +127,7 @@ impl EdgeSearch {
             at_least: towards.map_or(0.0, |goal| goal.ahead(point)),
             vertex: source,
             point,
-            parent: NO_NODE,
+            parent: None,
             turn: if let Some(Within::Sector(sector)) = within {
                 sector
             } else {
@@ -156,7 +158,7 @@ impl EdgeSearch {
             at_least: 0.0,
             vertex: corner.vertex,
             point: corner.point,
-            parent: NO_NODE,
+            parent: None,
             turn,
             within: Some(corner.within),
         }));
@@ -184,8 +186,8 @@ impl EdgeSearch {
     /// The nodes on the way to one, the source first.
     pub(crate) fn way(&self, number: u32) -> Vec<Node> {
         let mut way = Vec::new();
-        let mut at = number;
-        while let Some(node) = self.nodes.get(at as usize) {
+        let mut at = Some(number);
+        while let Some(node) = at.map(|at| &self.nodes[at as usize]) {
             way.push(*node);
             at = node.parent;
         }
@@ -359,7 +361,7 @@ impl EdgeSearch {
             at_least,
             vertex: to.vertex,
             point: to.point,
-            parent: node,
+            parent: Some(node),
             turn,
             within: Some(to.within),
         });

@@ -7,6 +7,7 @@ use crate::store::TileReader;
 
 /// Whether one may be at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Footing {
     /// One may.
     Free,

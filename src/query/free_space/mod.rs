@@ -13,6 +13,7 @@ mod wedges;
 pub use footing::Footing;
 pub(crate) use ground::{Beyond, Ground};
 pub(crate) use marks::{SINGLE, SITE, TURNING};
+#[cfg(feature = "baselines")]
 pub(crate) use nearest_free::nearest_on;
 pub(crate) use passages::{Passage, Passages};
 pub(crate) use place::Place;

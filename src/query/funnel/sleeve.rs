@@ -46,42 +46,7 @@ pub(crate) async fn pieces(tiles: &mut Tiles, way: &[Node]) -> Result<Vec<Piece>
     };
     let mut pieces = Vec::new();
     for nodes in way.windows(3) {
-        let [before, node, after] = [nodes[0], nodes[1], nodes[2]];
-        let comes = reach(tiles, &node, &before).await?;
-        let goes = if is_put_in(after.vertex) {
-            reach(tiles, &node, &after).await?
-        } else {
-            leaving(tiles, &node, &after).await?
-        };
-        // The side to which it turns is the shorter one.
-        let turns_left = orient2d(before.point, node.point, after.point) == CounterClockwise;
-        let seen_from = |other: &Node| is_put_in(other.vertex).then_some(other.point);
-        let outside = [seen_from(&before), seen_from(&after)];
-        let mut best: Option<(Vec<Portal>, Vec<Portal>, Vec<Portal>)> = None;
-        for (come, entry) in &comes {
-            for (go, exit) in &goes {
-                let pass = Pass {
-                    vertex: node.vertex,
-                    wedges: [*come, *go],
-                    outside,
-                };
-                let mut fan = pass.round(tiles, !turns_left).await?;
-                if fan.is_none() {
-                    fan = pass.round(tiles, turns_left).await?;
-                }
-                // A point on a wall may be on either side of it.
-                if let Some(fan) = fan
-                    && best.as_ref().is_none_or(|best| fan.len() < best.1.len())
-                {
-                    best = Some((entry.clone(), fan, exit.clone()));
-                }
-            }
-        }
-        let first = |ways: &[(Wedge, Vec<Portal>)]| ways.first().map(|way| way.1.clone()).unwrap_or_default();
-        let (mut entry, fan, exit) = match best {
-            Some((entry, fan, exit)) => (entry, Some(fan), exit),
-            None => (first(&comes), None, first(&goes)),
-        };
+        let Passing { mut entry, fan, exit } = passing(tiles, [&nodes[0], &nodes[1], &nodes[2]]).await?;
         entry.reverse();
         let turned = |portal: Portal| Portal {
             right: portal.left,
@@ -91,7 +56,7 @@ pub(crate) async fn pieces(tiles: &mut Tiles, way: &[Node]) -> Result<Vec<Piece>
         match fan {
             Some(portals) => piece.portals.extend(portals),
             None => {
-                let here = point(&node);
+                let here = point(&nodes[1]);
                 let next = Piece {
                     from: here,
                     portals: Vec::new(),
@@ -105,6 +70,63 @@ pub(crate) async fn pieces(tiles: &mut Tiles, way: &[Node]) -> Result<Vec<Piece>
     }
     pieces.push(piece);
     Ok(pieces)
+}
+
+/// How a way passes a node.
+struct Passing {
+    /// The portals from the node back to where it comes from, if that was put in.
+    entry: Vec<Portal>,
+    /// Those round the node, unless it leaves the triangles there.
+    fan: Option<Vec<Portal>>,
+    /// Those to where it goes, if that was put in.
+    exit: Vec<Portal>,
+}
+
+/// How a way passes a node between two others: through the fewest triangles.
+async fn passing(tiles: &mut Tiles, [before, node, after]: [&Node; 3]) -> Result<Passing, QueryError> {
+    let comes = reach(tiles, node, before).await?;
+    let goes = if is_put_in(after.vertex) {
+        reach(tiles, node, after).await?
+    } else {
+        leaving(tiles, node, after).await?
+    };
+    // The side to which it turns is the shorter one.
+    let turns_left = orient2d(before.point, node.point, after.point) == CounterClockwise;
+    let outside = [before, after].map(|other| is_put_in(other.vertex).then_some(other.point));
+    let mut best: Option<(usize, Passing)> = None;
+    for (come, entry) in &comes {
+        for (go, exit) in &goes {
+            let pass = Pass {
+                vertex: node.vertex,
+                wedges: [*come, *go],
+                outside,
+            };
+            let mut fan = pass.round(tiles, !turns_left).await?;
+            if fan.is_none() {
+                fan = pass.round(tiles, turns_left).await?;
+            }
+            // A point on a wall may be on either side of it.
+            if let Some(fan) = fan
+                && best.as_ref().is_none_or(|best| fan.len() < best.0)
+            {
+                let (entry, exit) = (entry.clone(), exit.clone());
+                best = Some((
+                    fan.len(),
+                    Passing {
+                        entry,
+                        fan: Some(fan),
+                        exit,
+                    },
+                ));
+            }
+        }
+    }
+    let first = |ways: Vec<(Wedge, Vec<Portal>)>| ways.into_iter().next().map(|way| way.1).unwrap_or_default();
+    Ok(best.map(|best| best.1).unwrap_or_else(|| Passing {
+        entry: first(comes),
+        fan: None,
+        exit: first(goes),
+    }))
 }
 
 /// The wedges of a node in which another one beside it on the way may lie; if that was put in, with the portals on the way to it.

@@ -13,7 +13,7 @@ impl TileReader {
     /// The triangles that have a point in common with a closed rectangle, each once, in the order of the tiles. A side closer
     /// to 0 than [`Point::MIN_MAGNITUDE`] counts as 0.
     ///
-    /// The stream is `Send + 'static` and must be polled within a tokio runtime.
+    /// The stream is `Send + 'static` and must be polled within a tokio runtime. The [example of the library](crate#example) asks for some.
     pub fn triangles_in(
         &self,
         rect: Rect,
@@ -37,13 +37,7 @@ impl TileReader {
                     let meeting = tile
                         .owned_triangles()
                         .filter(|&triangle| meets(tile.triangle_points(triangle), rect));
-                    let found = meeting.map(|triangle| {
-                        Ok(TriangleRef {
-                            tile: tile.id(),
-                            triangle,
-                            vertices: tile.vertices(triangle),
-                        })
-                    });
+                    let found = meeting.map(|triangle| Ok(TriangleRef::of(&tile, triangle)));
                     stream::iter(found.collect::<Vec<_>>())
                 }
             })

@@ -141,12 +141,7 @@ fn outside(exit: [VertexId; 2]) -> Step {
 
 /// Where the target lies in a triangle that it is not outside of.
 fn inside(tile: &Tile, sides: [u32; 3], turns: [Orientation; 3]) -> Location {
-    let triangle = sides[0] / 3;
-    let triangle = TriangleRef {
-        tile: tile.id(),
-        triangle,
-        vertices: tile.vertices(triangle),
-    };
+    let triangle = TriangleRef::of(tile, sides[0] / 3);
     let on: Vec<u32> = sides
         .into_iter()
         .zip(turns)

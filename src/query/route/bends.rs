@@ -5,7 +5,7 @@ use crate::geometry::{Orientation, Point, orient2d};
 use crate::query::answer::{Bend, Distance, Path, WayPoint};
 use crate::query::free_space::{Ground, Place, Wedge};
 use crate::query::request::{Contradiction, QueryError, Tiles, previous, side_towards};
-use crate::store::{EdgeSource, Tile, Vertex, VertexId};
+use crate::store::{EdgeSource, Tile, Vertex};
 
 /// Makes a path of a way from a place to another place or a vertex.
 pub(crate) async fn path(
@@ -111,28 +111,7 @@ async fn bend(
     if around.is_some_and(|around| !is_in_the_way(around)) {
         return Ok(free);
     }
-    // The sources stand in the tile of the smaller end.
-    let owner = if vertex.point.lex_cmp(edge_to.point).is_lt() {
-        vertex.id
-    } else {
-        edge_to.id
-    };
-    let sources = if owner.tile == tile.id() {
-        sources(&tile, edge, from.id == vertex.id)
-    } else {
-        let (from, to) = (vertex.id, edge_to.id);
-        let there = tiles.get(to.tile).await?;
-        let find = |a: VertexId, b: VertexId| side_towards(&there, a.index, b);
-        match tiles.checked(to.tile, find(to, from))? {
-            Some(side) => sources(&there, side, true),
-            // The hull is on the left of the way: the edge is known from its other side.
-            None => {
-                let edge = Ground::of(tiles, &there).first(to.index);
-                let edge = tiles.checked(to.tile, edge)?;
-                sources(&there, edge, false)
-            }
-        }
-    };
+    let sources = sources_from(tiles, &tile, edge, [vertex, edge_to]).await?;
     Ok(Bend {
         vertex,
         turns_left,
@@ -153,6 +132,29 @@ fn bound(ground: Ground<'_>, vertex: u32, on_left: bool) -> Result<Option<u32>, 
         (Wedge::Outside, false) => previous(ground.last(vertex)?),
     };
     Ok(Some(side))
+}
+
+/// The lines along an edge, as seen from a vertex to the other end of it, given a side of the vertex's tile that is on the edge.
+async fn sources_from(
+    tiles: &mut Tiles,
+    tile: &Tile,
+    side: u32,
+    [from, to]: [Vertex; 2],
+) -> Result<Vec<EdgeSource>, QueryError> {
+    // The sources stand in the tile of the smaller end.
+    let owner = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
+    if owner.id.tile == tile.id() {
+        let [start, _] = tile.ends(side);
+        return Ok(sources(tile, side, start.id == from.id));
+    }
+    let there = tiles.get(to.id.tile).await?;
+    let towards = side_towards(&there, to.id.index, from.id);
+    if let Some(side) = tiles.checked(to.id.tile, towards)? {
+        return Ok(sources(&there, side, true));
+    }
+    // The hull is on the left of the way: the edge is known from its other side.
+    let edge = Ground::of(tiles, &there).first(to.id.index);
+    Ok(sources(&there, tiles.checked(to.id.tile, edge)?, false))
 }
 
 /// The lines along a side, as seen in its direction or against it.

@@ -22,6 +22,7 @@ use crate::store::{Directory, KdNode, TileReader};
 
 /// What an answer is expected to cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Cost {
     /// Different tiles, in the cache or not.
     pub tiles: u64,
@@ -31,6 +32,7 @@ pub struct Cost {
 
 /// An answer on the way.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Progress<T> {
     /// The one of mode [`Fast`](Mode::Fast), which comes first.
     Fast {
