@@ -5,8 +5,7 @@
 //! outlines have the same points to the last bit; those of several roots may overlap, as behind an obstacle round which two ways lead.
 
 use std::collections::VecDeque;
-use std::f64::consts::PI;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use futures::stream::Stream;
 

@@ -6,15 +6,11 @@
 
 use std::pin::Pin;
 use std::sync::Arc;
-use std::task::Context;
-use std::task::Poll;
-use std::task::ready;
+use std::task::{Context, Poll, ready};
 use std::thread::available_parallelism;
 
 use futures::stream;
-use futures::stream::Stream;
-use futures::stream::StreamExt;
-use futures::stream::TryStreamExt;
+use futures::stream::{Stream, StreamExt, TryStreamExt};
 use tokio::task::JoinHandle;
 
 use super::answer::{Distance, Path};

@@ -6,9 +6,9 @@
 
 use foldhash::HashMap;
 
-use crate::geometry::{Orientation, Point, orient2d, segment_meets};
+use crate::geometry::{HalfEdge, Orientation, Point, orient2d, segment_meets};
 use crate::query::answer::distance;
-use crate::query::request::{QueryError, Tiles, key, next};
+use crate::query::request::{QueryError, Tiles, key};
 use crate::store::{Across, Tile, TileId};
 
 /// A line from a point to another one.
@@ -151,17 +151,17 @@ impl Line {
         let is_on = turns.map(|turn| turn == Orientation::Collinear);
         let mut places = Vec::new();
         for s in 0..3 {
-            let (e, side) = ((s + 1) % 3, 3 * triangle + s as u32);
+            let (e, side) = ((s + 1) % 3, HalfEdge::new(triangle, s as u32));
             if is_on[s] {
                 places.push(self.place(corners[s]));
             }
             let crosses = !is_on[s] && !is_on[e] && turns[s] != turns[e];
             if crosses && let Some(t) = self.crossing(corners[s], corners[e]) {
                 places.push(t);
-                if tile.is_constraint(side) {
+                if tile.is_constraint(side.0) {
                     passed.breaks.push(t);
                 }
-            } else if tile.is_constraint(side) {
+            } else if tile.is_constraint(side.0) {
                 let ends = [s, e].into_iter().filter(|&end| is_on[end]);
                 passed.breaks.extend(ends.map(|end| self.place(corners[end])));
             }
@@ -183,10 +183,10 @@ impl Line {
             passed.push(range, Some(corners), along.map(|_| inside));
         }
         if let Some(s) = along {
-            let side = 3 * triangle + s as u32;
-            let is_on_hull = tile.across(side) == Across::Hull;
+            let side = HalfEdge::new(triangle, s as u32);
+            let is_on_hull = tile.across(side.0) == Across::Hull;
             if is_on_hull && outside_is_free {
-                let edge = middle(&[side, next(side)].map(|side| tile.corner(tile.origin(side))));
+                let edge = middle(&[side, side.next()].map(|side| tile.corner(tile.origin(side.0))));
                 let mirrored = Point::new(2.0 * edge.x - inside.x, 2.0 * edge.y - inside.y);
                 passed.push(range, None, Some(mirrored));
             }

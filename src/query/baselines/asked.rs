@@ -1,7 +1,6 @@
 //! A question on its way to an answer.
 
-use foldhash::HashSet;
-use foldhash::HashSetExt;
+use foldhash::{HashSet, HashSetExt};
 
 use super::statistics::{Clock, Statistics};
 use crate::query::edges::BreakLines;

@@ -1,9 +1,6 @@
 //! What a method has gathered: candidates and obstacle edges, as a local visibility graph.
 
-use foldhash::HashMap;
-use foldhash::HashMapExt;
-use foldhash::HashSet;
-use foldhash::HashSetExt;
+use foldhash::{HashMap, HashMapExt, HashSet, HashSetExt};
 
 use super::asked::Asked;
 use super::graph::{LocalGraph, Search};

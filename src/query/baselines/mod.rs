@@ -29,8 +29,5 @@ mod xia;
 mod zhang;
 
 pub use answers::Method;
-pub use statistics::Measured;
-pub use statistics::Statistics;
-pub use statistics::StepTime;
-pub use stretch::LosesAnswers;
-pub use stretch::Stretch;
+pub use statistics::{Measured, Statistics, StepTime};
+pub use stretch::{LosesAnswers, Stretch};

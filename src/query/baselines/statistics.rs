@@ -1,7 +1,6 @@
 //! What an answer cost.
 
-use std::time::Duration;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// What an answer cost.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -18,8 +18,7 @@
 //! so that the search need not go where no way to there is short enough. And an edge that is farther away than r as the crow flies
 //! is on no path of length r. Whole edges count, not obstacles.
 
-use foldhash::HashMap;
-use foldhash::HashSet;
+use foldhash::{HashMap, HashSet};
 
 use super::asked::{Asked, Wanted};
 use super::local::{Local, Reached};
@@ -230,9 +229,9 @@ async fn corners(asked: &mut Asked) -> Result<Vec<Corner>, QueryError> {
             };
             for [from, to] in [[a, b], [b, a]] {
                 match asked.tiles.side_between(from.id, to.id).await? {
-                    Some((tile, side)) if tile.is_hole(side / 3) => {}
+                    Some((tile, side)) if tile.is_hole(side.triangle()) => {}
                     Some((tile, side)) => {
-                        let vertices = tile.vertices(side / 3);
+                        let vertices = tile.vertices(side.triangle());
                         if let Some(place) = vertices.iter().position(|vertex| vertex.id == corner.id) {
                             add(corner, Within::RightOf(vertices[(place + 2) % 3].id));
                         }

@@ -1,7 +1,6 @@
 //! The wave, measured as the others are.
 
-use foldhash::HashSet;
-use foldhash::HashSetExt;
+use foldhash::{HashSet, HashSetExt};
 
 use super::asked::Wanted;
 use super::obstacles::edges_at;

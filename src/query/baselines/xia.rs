@@ -6,8 +6,7 @@
 //! hangs together within the provisional distance is added; all candidates are searched for at once; and a path that ends at a vertex, or
 //! bends there, meets all edges of it.
 
-use foldhash::HashSet;
-use foldhash::HashSetExt;
+use foldhash::{HashSet, HashSetExt};
 use futures::TryStreamExt;
 use futures::stream::BoxStream;
 

@@ -1,6 +1,6 @@
 //! Triangles by their vertices, whether these are the file's or were put in.
 
-use crate::geometry::Point;
+use crate::geometry::{HalfEdge, Point};
 use crate::store::{Tile, TileId, VertexId};
 
 /// The tile that points which were put in have in place of one.
@@ -44,8 +44,8 @@ pub(crate) enum Bar {
 }
 
 impl Bar {
-    pub(super) fn of(tile: &Tile, side: u32) -> Self {
-        match (tile.is_constraint(side), tile.is_wall(side)) {
+    pub(super) fn of(tile: &Tile, side: HalfEdge) -> Self {
+        match (tile.is_constraint(side.0), tile.is_wall(side.0)) {
             (false, _) => Self::Open,
             (true, false) => Self::Line,
             (true, true) => Self::Wall,
@@ -85,7 +85,7 @@ impl Face {
         };
         Self {
             corners: [corner(0), corner(1), corner(2)],
-            bars: [0, 1, 2].map(|s| Bar::of(tile, 3 * triangle + s)),
+            bars: HalfEdge::of_triangle(triangle).map(|side| Bar::of(tile, side)),
         }
     }
 

@@ -24,8 +24,7 @@
 
 use std::collections::BTreeMap;
 
-use foldhash::HashMap;
-use foldhash::HashSet;
+use foldhash::{HashMap, HashSet};
 
 use super::corner::{Bar, Corner, Face, PUT_IN, Rim, Within, sorted};
 use crate::geometry::{Orientation, Point, in_circle, orient2d};
@@ -165,8 +164,8 @@ impl Overlay {
             return Ok(if is_hull { Left::Outside } else { Left::Nothing });
         }
         Ok(match tiles.side_between(from, to).await? {
-            Some((tile, side)) if tile.is_hole(side / 3) => Left::Nothing,
-            Some((tile, side)) => Left::Face(Face::of(&tile, side / 3)),
+            Some((tile, side)) if tile.is_hole(side.triangle()) => Left::Nothing,
+            Some((tile, side)) => Left::Face(Face::of(&tile, side.triangle())),
             None if tiles.outside_is_free() => Left::Outside,
             None => Left::Nothing,
         })
@@ -180,7 +179,7 @@ impl Overlay {
         let tile = tiles.get(vertex.tile).await?;
         let side = Ground::of(tiles, &tile).along_hull(vertex.index, forward);
         let side = tiles.checked(vertex.tile, side)?;
-        let [from, to] = tile.ends(side).map(|end| Corner {
+        let [from, to] = tile.ends(side.0).map(|end| Corner {
             vertex: end.id,
             point: end.point,
             within: Within::Outside,

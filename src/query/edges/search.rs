@@ -11,7 +11,7 @@ use super::sector::{sector, wedge};
 use crate::geometry::Point;
 use crate::query::answer::distance;
 use crate::query::free_space::{Ground, SINGLE, Wedge};
-use crate::query::request::{Contradiction, previous};
+use crate::query::request::Contradiction;
 use crate::store::{Tile, TileId, VertexId};
 
 /// What a step of the search comes to.
@@ -258,7 +258,7 @@ impl EdgeSearch {
         wedges.sort_by(|a, b| a.0.lex_cmp(b.0));
         for ((_, wedge), turn) in wedges.into_iter().zip(0..) {
             let within = match wedge {
-                Wedge::Triangle(side) => Within::RightOf(ground.tile.vertex(ground.tile.origin(previous(side))).id),
+                Wedge::Triangle(side) => Within::RightOf(ground.tile.vertex(ground.tile.origin(side.prev().0)).id),
                 Wedge::Outside => Within::Outside,
             };
             self.queue.push(Entry {

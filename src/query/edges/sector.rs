@@ -2,7 +2,7 @@
 
 use super::corner::Within;
 use crate::query::free_space::{Ground, Wedge};
-use crate::query::request::{Contradiction, next, side_towards};
+use crate::query::request::{Contradiction, side_towards};
 use crate::store::VertexId;
 
 /// The wedge of a vertex of the tile that is named by a vertex on its left.
@@ -12,7 +12,7 @@ pub(crate) fn wedge(ground: Ground<'_>, vertex: u32, within: Within) -> Result<W
         Within::Outside => Ok(Wedge::Outside),
         Within::Sector(_) => Err(missing()),
         Within::RightOf(left) => match side_towards(ground.tile, vertex, left)? {
-            Some(back) => Ok(Wedge::Triangle(next(back))),
+            Some(back) => Ok(Wedge::Triangle(back.next())),
             None => Err(missing()),
         },
     }

@@ -2,15 +2,15 @@
 //!
 //! Walls, and what separates free triangles from holes, *block*.
 
-use crate::geometry::{Orientation, Point, orient2d};
-use crate::query::request::{Contradiction, Tiles, next, previous};
+use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::query::request::{Contradiction, Tiles};
 use crate::store::{Across, Tile};
 
 /// What lies beyond a side of a free triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Beyond {
     /// A free triangle, with this side.
-    Side(u32),
+    Side(HalfEdge),
     /// A triangle of another tile, or the hull.
     Elsewhere,
     /// The free outside.
@@ -47,14 +47,16 @@ impl<'t> Ground<'t> {
 
     /// What lies beyond a side of a free triangle.
     #[inline]
-    pub(crate) fn beyond(self, side: u32) -> Beyond {
-        let is_constraint = self.tile.is_constraint(side);
-        if is_constraint && self.tile.is_wall(side) {
+    pub(crate) fn beyond(self, side: HalfEdge) -> Beyond {
+        let is_constraint = self.tile.is_constraint(side.0);
+        if is_constraint && self.tile.is_wall(side.0) {
             return Beyond::Blocked;
         }
-        match self.tile.across(side) {
+        match self.tile.across(side.0) {
             // Only a constraint separates a hole from what is free.
-            Across::Side(other) if !is_constraint || self.is_free(other / 3) => Beyond::Side(other),
+            Across::Side(other) if !is_constraint || self.is_free(HalfEdge(other).triangle()) => {
+                Beyond::Side(HalfEdge(other))
+            }
             Across::Elsewhere => Beyond::Elsewhere,
             Across::Hull if self.outside_is_free => Beyond::Outside,
             Across::Side(_) | Across::Hull => Beyond::Blocked,
@@ -66,11 +68,11 @@ impl<'t> Ground<'t> {
     /// Damaged tiles may contradict this. Where it holds for each side that is crossed, a straight way comes to the triangles that it passes in
     /// their order, and to none twice; so it ends.
     #[inline]
-    pub(crate) fn check_crossing(self, side: u32, [from, to]: [Point; 2]) -> Result<(), Contradiction> {
-        let [origin, end, apex] = [side, next(side), previous(side)].map(|side| self.point(self.tile.origin(side)));
+    pub(crate) fn check_crossing(self, side: HalfEdge, [from, to]: [Point; 2]) -> Result<(), Contradiction> {
+        let [origin, end, apex] = [side, side.next(), side.prev()].map(|side| self.point(self.tile.origin(side.0)));
         if origin == from && end == to && orient2d(from, to, apex) == Orientation::CounterClockwise {
             return Ok(());
         }
-        Err(Contradiction::NotBeside(side / 3))
+        Err(Contradiction::NotBeside(side.triangle()))
     }
 }

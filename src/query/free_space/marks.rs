@@ -1,8 +1,8 @@
 //! What is true of each vertex of a tile, noted for all searches when the first one asks.
 
 use super::ground::Ground;
-use crate::geometry::{Orientation, Point, orient2d};
-use crate::query::request::{Contradiction, next};
+use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::query::request::Contradiction;
 use crate::store::{Across, Marks};
 
 /// A vertex round which a path can bend, in one of its sectors.
@@ -41,14 +41,14 @@ impl<'t> Ground<'t> {
             marks[site.vertex as usize] |= SITE;
         }
         let mut has_break_lines = false;
-        for side in self.tile.constraint_sides() {
-            has_break_lines |= !self.tile.is_wall(side);
-            let is_blocked = self.tile.is_wall(side)
-                || match self.tile.across(side) {
-                    Across::Side(other) => self.is_free(side / 3) != self.is_free(other / 3),
-                    Across::Hull | Across::Elsewhere => self.is_free(side / 3) != self.outside_is_free,
+        for side in self.tile.constraint_sides().map(HalfEdge) {
+            has_break_lines |= !self.tile.is_wall(side.0);
+            let is_blocked = self.tile.is_wall(side.0)
+                || match self.tile.across(side.0) {
+                    Across::Side(other) => self.is_free(side.triangle()) != self.is_free(HalfEdge(other).triangle()),
+                    Across::Hull | Across::Elsewhere => self.is_free(side.triangle()) != self.outside_is_free,
                 };
-            let ends = [side, next(side)].map(|side| self.tile.origin(side));
+            let ends = [side, side.next()].map(|side| self.tile.origin(side.0));
             for end in ends.into_iter().filter(|&end| is_blocked && end < vertices) {
                 marks[end as usize] |= TOUCHED;
             }

@@ -18,8 +18,7 @@
 use std::sync::atomic::Ordering;
 
 use super::ground::{Beyond, Ground};
-use crate::geometry::{Orientation, orient2d};
-use crate::query::request::next;
+use crate::geometry::{HalfEdge, Orientation, orient2d};
 use crate::store::{Noted, NotedSide, NotedSides};
 
 /// What lies beyond a side, if it is no side: from here on, and [`NotedSide::NONE`].
@@ -38,9 +37,9 @@ const LOOKS_FOR_DEAD_ENDS: u32 = 16;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Passage {
     /// A free triangle, with this side.
-    Side(u32),
+    Side(HalfEdge),
     /// The same, and it leads nowhere else.
-    DeadEnd(u32),
+    DeadEnd(HalfEdge),
     /// A triangle of another tile, or the hull.
     Elsewhere,
     /// The free outside.
@@ -78,8 +77,8 @@ impl<'t> Passages<'t> {
 
     /// What lies beyond a side.
     #[inline]
-    pub(crate) fn beyond(self, side: u32) -> Passage {
-        let noted = match self.noted.of_sides[side as usize].get(Noted::Beyond) {
+    pub(crate) fn beyond(self, side: HalfEdge) -> Passage {
+        let noted = match self.noted.of_sides[side.index()].get(Noted::Beyond) {
             NotedSide::NONE => self.note(side),
             noted => noted,
         };
@@ -88,8 +87,8 @@ impl<'t> Passages<'t> {
             ELSEWHERE => Passage::Elsewhere,
             OUTSIDE => Passage::Outside,
             AT_ODDS => Passage::AtOdds,
-            side if side & DEAD_END != 0 && self.may_mark() => Passage::DeadEnd(side & !DEAD_END),
-            side => Passage::Side(side),
+            side if side & DEAD_END != 0 && self.may_mark() => Passage::DeadEnd(HalfEdge(side & !DEAD_END)),
+            side => Passage::Side(HalfEdge(side)),
         }
     }
 
@@ -101,33 +100,32 @@ impl<'t> Passages<'t> {
 
     /// The corner that a side starts at.
     #[inline]
-    pub(crate) fn corner(self, side: u32) -> u32 {
-        let noted = &self.noted.of_sides[side as usize];
+    pub(crate) fn corner(self, side: HalfEdge) -> u32 {
+        let noted = &self.noted.of_sides[side.index()];
         match noted.get(Noted::Corner) {
-            NotedSide::NONE => noted.note(Noted::Corner, self.ground.tile.origin(side)),
+            NotedSide::NONE => noted.note(Noted::Corner, self.ground.tile.origin(side.0)),
             corner => corner,
         }
     }
 
     /// Finds out what lies beyond a side.
     #[cold]
-    fn note(self, side: u32) -> u32 {
+    fn note(self, side: HalfEdge) -> u32 {
         let beyond = match self.ground.beyond(side) {
-            Beyond::Side(other) if self.agree(side, other) => other,
+            Beyond::Side(other) if self.agree(side, other) => other.0,
             Beyond::Side(_) => AT_ODDS,
             Beyond::Elsewhere => ELSEWHERE,
             Beyond::Outside => OUTSIDE,
             Beyond::Blocked => BLOCKED,
         };
-        self.noted.of_sides[side as usize].note(Noted::Beyond, beyond)
+        self.noted.of_sides[side.index()].note(Noted::Beyond, beyond)
     }
 
     /// Whether two sides have the same ends, and the triangle of the other one lies on its left.
-    fn agree(self, side: u32, other: u32) -> bool {
-        let [from, to] = [side, next(side)].map(|side| self.corner(side));
-        let first = other - other % 3;
-        let corners = [first, first + 1, first + 2].map(|side| self.corner(side));
-        let [to_there, from_there] = [other, next(other)].map(|side| corners[(side - first) as usize]);
+    fn agree(self, side: HalfEdge, other: HalfEdge) -> bool {
+        let [from, to] = [side, side.next()].map(|side| self.corner(side));
+        let corners = HalfEdge::of_triangle(other.triangle()).map(|side| self.corner(side));
+        let [to_there, from_there] = [other, other.next()].map(|side| corners[side.corner() as usize]);
         let is_same = |a: u32, b: u32| a == b || self.ground.point(a) == self.ground.point(b);
         let [a, b, c] = corners.map(|corner| self.ground.point(corner));
         is_same(from, from_there) && is_same(to, to_there) && orient2d(a, b, c) == Orientation::CounterClockwise
@@ -160,14 +158,17 @@ impl<'t> Passages<'t> {
         let mut triangle = triangle;
         for _ in 0..self.ground.tile.triangle_count() {
             way.push(triangle);
-            let sides = 3 * triangle..3 * triangle + 3;
+            let sides = HalfEdge::of_triangle(triangle);
             // From inside, the only way out is not marked.
-            let out = sides.map(|side| self.beyond(side)).find_map(|beyond| match beyond {
-                Passage::Side(side) => Some(side),
-                _ => None,
-            });
+            let out = sides
+                .into_iter()
+                .map(|side| self.beyond(side))
+                .find_map(|beyond| match beyond {
+                    Passage::Side(side) => Some(side),
+                    _ => None,
+                });
             match out {
-                Some(out) if matches!(self.beyond(out), Passage::DeadEnd(_)) => triangle = out / 3,
+                Some(out) if matches!(self.beyond(out), Passage::DeadEnd(_)) => triangle = out.triangle(),
                 _ => break,
             }
         }
@@ -178,19 +179,21 @@ impl<'t> Passages<'t> {
     fn mark_dead_ends(self) {
         let is_site: Vec<bool> = self.ground.site_marks();
         let ways = |triangle: u32| -> u8 {
-            let sides = 3 * triangle..3 * triangle + 3;
+            let sides = HalfEdge::of_triangle(triangle);
             // What is not a side of the tile, nor blocked, is a way out that stays.
             let count = sides.map(|side| match self.beyond(side) {
                 Passage::Blocked => 0,
                 Passage::Side(_) | Passage::DeadEnd(_) => 1,
                 Passage::Elsewhere | Passage::Outside | Passage::AtOdds => 2,
             });
-            count.sum()
+            count.into_iter().sum()
         };
         let core = self.ground.tile.core_triangle_count();
         let mut left: Vec<u8> = (0..core)
             .map(|triangle| {
-                let mut corners = (3 * triangle..3 * triangle + 3).map(|side| self.corner(side));
+                let mut corners = HalfEdge::of_triangle(triangle)
+                    .into_iter()
+                    .map(|side| self.corner(side));
                 let stays = !self.ground.is_free(triangle) || corners.any(|corner| is_site[corner as usize]);
                 if stays { u8::MAX } else { ways(triangle) }
             })
@@ -198,7 +201,7 @@ impl<'t> Passages<'t> {
         let mut ends: Vec<u32> = (0..core).filter(|&triangle| left[triangle as usize] <= 1).collect();
         while let Some(triangle) = ends.pop() {
             left[triangle as usize] = u8::MAX;
-            let mut sides = 3 * triangle..3 * triangle + 3;
+            let mut sides = HalfEdge::of_triangle(triangle).into_iter();
             let out = sides.find_map(|side| match self.beyond(side) {
                 Passage::Side(out) => Some(out),
                 _ => None,
@@ -207,11 +210,11 @@ impl<'t> Passages<'t> {
             if !matches!(self.beyond(out), Passage::Side(_) | Passage::DeadEnd(_)) {
                 continue;
             }
-            self.noted.of_sides[out as usize].set_bits(Noted::Beyond, DEAD_END);
-            if let Some(left) = left.get_mut(out as usize / 3).filter(|left| **left < u8::MAX) {
+            self.noted.of_sides[out.index()].set_bits(Noted::Beyond, DEAD_END);
+            if let Some(left) = left.get_mut(out.triangle() as usize).filter(|left| **left < u8::MAX) {
                 *left = left.saturating_sub(1);
                 if *left == 1 {
-                    ends.push(out / 3);
+                    ends.push(out.triangle());
                 }
             }
         }

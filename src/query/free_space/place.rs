@@ -117,17 +117,17 @@ impl Place {
                 self.is_free = !wedges.is_empty();
                 for wedge in wedges {
                     if let Wedge::Triangle(side) = wedge {
-                        self.around.push((tile.id(), side / 3));
+                        self.around.push((tile.id(), side.triangle()));
                     }
                 }
             }
             Spot::Edge { ends: [a, b] } => {
                 for [from, to] in [[a, b], [b, a]] {
                     match tiles.side_between(from.id, to.id).await? {
-                        Some((tile, side)) if tile.is_hole(side / 3) => {}
+                        Some((tile, side)) if tile.is_hole(side.triangle()) => {}
                         Some((tile, side)) => {
-                            self.triangles.push(tile.triangle_points(side / 3));
-                            self.around.push((tile.id(), side / 3));
+                            self.triangles.push(tile.triangle_points(side.triangle()));
+                            self.around.push((tile.id(), side.triangle()));
                         }
                         None => self.is_outside |= outside_is_free,
                     }

@@ -6,8 +6,8 @@ use super::ground::Ground;
 use super::passages::Passage;
 use super::place::Place;
 use super::spot::Spot;
-use crate::geometry::{Orientation, orient2d};
-use crate::query::request::{QueryError, Tiles, next, previous};
+use crate::geometry::{HalfEdge, Orientation, orient2d};
+use crate::query::request::{QueryError, Tiles};
 
 impl Ground<'_> {
     /// Whether the straight way between two places, each strictly within a free triangle of this tile, crosses nothing but sides within the
@@ -20,26 +20,26 @@ impl Ground<'_> {
             return false;
         }
         let passages = self.passages();
-        let turn = |side: u32| orient2d(from.point, to.point, self.point(passages.corner(side)));
+        let turn = |side: HalfEdge| orient2d(from.point, to.point, self.point(passages.corner(side)));
         if start.triangle == goal.triangle {
             return true;
         }
-        let mut sides = 3 * start.triangle..3 * start.triangle + 3;
+        let mut sides = HalfEdge::of_triangle(start.triangle).into_iter();
         // It leaves between a corner on its right and one on its left.
         let exit = sides
-            .find(|&side| turn(side) == Orientation::Clockwise && turn(next(side)) == Orientation::CounterClockwise);
+            .find(|&side| turn(side) == Orientation::Clockwise && turn(side.next()) == Orientation::CounterClockwise);
         let Some(mut exit) = exit else { return false };
         // Whatever a damaged tile says, it does not take for ever.
         for _ in 0..self.tile.triangle_count() {
             let (Passage::Side(entered) | Passage::DeadEnd(entered)) = passages.beyond(exit) else {
                 return false;
             };
-            if entered / 3 == goal.triangle {
+            if entered.triangle() == goal.triangle {
                 return true;
             }
-            exit = match turn(previous(entered)) {
-                Orientation::CounterClockwise => next(entered),
-                Orientation::Clockwise => previous(entered),
+            exit = match turn(entered.prev()) {
+                Orientation::CounterClockwise => entered.next(),
+                Orientation::Clockwise => entered.prev(),
                 Orientation::Collinear => return false,
             };
         }

@@ -19,15 +19,15 @@
 
 use super::ground::Ground;
 use super::passages::Passage;
-use crate::geometry::{Orientation, orient2d};
-use crate::query::request::{Contradiction, next, previous};
+use crate::geometry::{HalfEdge, Orientation, orient2d};
+use crate::query::request::Contradiction;
 use crate::store::Across;
 
 /// A part of the plane round a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Wedge {
     /// That of the triangle of this side, which leaves the vertex.
-    Triangle(u32),
+    Triangle(HalfEdge),
     /// What lies outside the hull.
     Outside,
 }
@@ -35,7 +35,7 @@ pub(crate) enum Wedge {
 impl<'t> Ground<'t> {
     fn is_free_wedge(self, wedge: Wedge) -> bool {
         match wedge {
-            Wedge::Triangle(side) => self.is_free(side / 3),
+            Wedge::Triangle(side) => self.is_free(side.triangle()),
             Wedge::Outside => self.outside_is_free,
         }
     }
@@ -43,8 +43,8 @@ impl<'t> Ground<'t> {
     /// The wedge beyond the left edge of one, whatever separates them.
     fn any_left(self, vertex: u32, wedge: Wedge) -> Result<Wedge, Contradiction> {
         match wedge {
-            Wedge::Triangle(side) => match self.tile.across(previous(side)) {
-                Across::Side(other) => Ok(Wedge::Triangle(other)),
+            Wedge::Triangle(side) => match self.tile.across(side.prev().0) {
+                Across::Side(other) => Ok(Wedge::Triangle(HalfEdge(other))),
                 Across::Hull => Ok(Wedge::Outside),
                 Across::Elsewhere => Err(Contradiction::IncompleteStar(vertex)),
             },
@@ -55,10 +55,10 @@ impl<'t> Ground<'t> {
     /// The wedge beyond the left edge of a free one, if one may go there.
     pub(crate) fn left_of(self, vertex: u32, wedge: Wedge) -> Result<Option<Wedge>, Contradiction> {
         let side = match wedge {
-            Wedge::Triangle(side) => previous(side),
+            Wedge::Triangle(side) => side.prev(),
             Wedge::Outside => {
                 let first = self.first(vertex)?;
-                let is_open = !self.tile.is_wall(first) && self.is_free(first / 3);
+                let is_open = !self.tile.is_wall(first.0) && self.is_free(first.triangle());
                 return Ok(is_open.then_some(Wedge::Triangle(first)));
             }
         };
@@ -68,10 +68,10 @@ impl<'t> Ground<'t> {
     /// The wedge beyond the right edge of a free one, if one may go there.
     pub(crate) fn right_of(self, vertex: u32, wedge: Wedge) -> Result<Option<Wedge>, Contradiction> {
         match wedge {
-            Wedge::Triangle(side) => self.wedge_beyond(vertex, side, next),
+            Wedge::Triangle(side) => self.wedge_beyond(vertex, side, HalfEdge::next),
             Wedge::Outside => {
                 let last = self.last(vertex)?;
-                let is_open = !self.tile.is_wall(previous(last)) && self.is_free(last / 3);
+                let is_open = !self.tile.is_wall(last.prev().0) && self.is_free(last.triangle());
                 Ok(is_open.then_some(Wedge::Triangle(last)))
             }
         }
@@ -91,8 +91,8 @@ impl<'t> Ground<'t> {
     fn wedge_beyond(
         self,
         vertex: u32,
-        side: u32,
-        leaving: impl FnOnce(u32) -> u32,
+        side: HalfEdge,
+        leaving: impl FnOnce(HalfEdge) -> HalfEdge,
     ) -> Result<Option<Wedge>, Contradiction> {
         match self.passages().beyond(side) {
             Passage::Side(there) | Passage::DeadEnd(there) => Ok(Some(Wedge::Triangle(leaving(there)))),
@@ -105,18 +105,18 @@ impl<'t> Ground<'t> {
     /// The neighbours of a vertex between which a wedge lies: that on its right, and that on its left.
     pub(crate) fn neighbours(self, vertex: u32, wedge: Wedge) -> Result<[u32; 2], Contradiction> {
         let (right, left) = match wedge {
-            Wedge::Triangle(side) => (next(side), previous(side)),
-            Wedge::Outside => (previous(self.last(vertex)?), next(self.first(vertex)?)),
+            Wedge::Triangle(side) => (side.next(), side.prev()),
+            Wedge::Outside => (self.last(vertex)?.prev(), self.first(vertex)?.next()),
         };
         Ok([right, left].map(|side| self.passages().corner(side)))
     }
 
     /// The side that leaves a hull vertex along the hull, with the hull's inside on its left.
-    pub(crate) fn first(self, vertex: u32) -> Result<u32, Contradiction> {
+    pub(crate) fn first(self, vertex: u32) -> Result<HalfEdge, Contradiction> {
         let mut side = self.leaving(vertex)?;
         for _ in 0..self.tile.triangle_count() {
-            match self.tile.across(side) {
-                Across::Side(other) => side = next(other),
+            match self.tile.across(side.0) {
+                Across::Side(other) => side = HalfEdge(other).next(),
                 Across::Hull => return Ok(side),
                 Across::Elsewhere => return Err(Contradiction::IncompleteStar(vertex)),
             }
@@ -125,11 +125,11 @@ impl<'t> Ground<'t> {
     }
 
     /// The side that leaves a hull vertex, of the triangle whose side before it comes in along the hull.
-    pub(crate) fn last(self, vertex: u32) -> Result<u32, Contradiction> {
+    pub(crate) fn last(self, vertex: u32) -> Result<HalfEdge, Contradiction> {
         let mut side = self.leaving(vertex)?;
         for _ in 0..self.tile.triangle_count() {
-            match self.tile.across(previous(side)) {
-                Across::Side(other) => side = other,
+            match self.tile.across(side.prev().0) {
+                Across::Side(other) => side = HalfEdge(other),
                 Across::Hull => return Ok(side),
                 Across::Elsewhere => return Err(Contradiction::IncompleteStar(vertex)),
             }
@@ -138,20 +138,20 @@ impl<'t> Ground<'t> {
     }
 
     /// The hull edge that leaves a hull vertex, or the one that comes in; the hull is on its left.
-    pub(crate) fn along_hull(self, vertex: u32, forward: bool) -> Result<u32, Contradiction> {
+    pub(crate) fn along_hull(self, vertex: u32, forward: bool) -> Result<HalfEdge, Contradiction> {
         if forward {
             self.first(vertex)
         } else {
-            self.last(vertex).map(previous)
+            self.last(vertex).map(HalfEdge::prev)
         }
     }
 
-    fn leaving(self, vertex: u32) -> Result<u32, Contradiction> {
+    fn leaving(self, vertex: u32) -> Result<HalfEdge, Contradiction> {
         if vertex >= self.tile.vertex_count() {
             return Err(Contradiction::NoVertex(vertex));
         }
         let side = self.tile.side_leaving(vertex);
-        side.ok_or(Contradiction::NoTriangle(vertex))
+        side.map(HalfEdge).ok_or(Contradiction::NoTriangle(vertex))
     }
 
     /// The wedges round a vertex of the tile that are free.

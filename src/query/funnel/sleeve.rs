@@ -11,11 +11,11 @@ use std::sync::Arc;
 
 use super::pull::Portal;
 use crate::geometry::Orientation::{Clockwise, Collinear, CounterClockwise};
-use crate::geometry::{Point, orient2d};
+use crate::geometry::{HalfEdge, Point, orient2d};
 use crate::query::answer::WayPoint;
 use crate::query::edges::{Node, Within, is_put_in, sector, wedge};
 use crate::query::free_space::{Beyond, Ground, Wedge};
-use crate::query::request::{Contradiction, QueryError, Tiles, next, previous, side_towards};
+use crate::query::request::{Contradiction, QueryError, Tiles, side_towards};
 use crate::store::{Tile, VertexId};
 
 /// A part of a way that runs through triangles, and so can be pulled taut; without portals it is straight.
@@ -163,16 +163,21 @@ async fn reach(tiles: &mut Tiles, node: &Node, other: &Node) -> Result<Vec<(Wedg
 
 /// What a straight way from the vertex that a side leaves crosses, through the triangle of the side, to a point. None if it cannot go there.
 /// It ends, whatever the tiles say: see [`Ground::check_crossing`].
-async fn straight(tiles: &mut Tiles, tile: Arc<Tile>, side: u32, to: Point) -> Result<Option<Vec<Portal>>, QueryError> {
-    let from = tile.corner(tile.origin(side));
-    let (mut tile, mut exit) = (tile, next(side));
+async fn straight(
+    tiles: &mut Tiles,
+    tile: Arc<Tile>,
+    side: HalfEdge,
+    to: Point,
+) -> Result<Option<Vec<Portal>>, QueryError> {
+    let from = tile.corner(tile.origin(side.0));
+    let (mut tile, mut exit) = (tile, side.next());
     let mut portals = Vec::new();
     let is_in = |tile: &Tile, triangle: u32| {
         let corners = tile.triangle_points(triangle);
         (0..3).all(|s| orient2d(corners[s], corners[(s + 1) % 3], to) != Clockwise)
     };
-    while !is_in(&tile, exit / 3) {
-        let [right, left] = tile.ends(exit);
+    while !is_in(&tile, exit.triangle()) {
+        let [right, left] = tile.ends(exit.0);
         portals.push(Portal {
             right: (right.point, Some(right.id)),
             left: (left.point, Some(left.id)),
@@ -182,7 +187,7 @@ async fn straight(tiles: &mut Tiles, tile: Arc<Tile>, side: u32, to: Point) -> R
             Beyond::Outside => return Ok(Some(portals)),
             Beyond::Blocked => return Ok(None),
             Beyond::Elsewhere => match tiles.side_between(left.id, right.id).await? {
-                Some((there, side)) if !there.is_hole(side / 3) => {
+                Some((there, side)) if !there.is_hole(side.triangle()) => {
                     tile = there;
                     side
                 }
@@ -192,13 +197,13 @@ async fn straight(tiles: &mut Tiles, tile: Arc<Tile>, side: u32, to: Point) -> R
         };
         let crossed = Ground::of(tiles, &tile).check_crossing(entered, [left.point, right.point]);
         tiles.checked(tile.id(), crossed)?;
-        if is_in(&tile, entered / 3) {
+        if is_in(&tile, entered.triangle()) {
             break;
         }
-        let apex = tile.corner(tile.origin(previous(entered)));
+        let apex = tile.corner(tile.origin(entered.prev().0));
         exit = match orient2d(from, to, apex) {
-            CounterClockwise => next(entered),
-            Clockwise => previous(entered),
+            CounterClockwise => entered.next(),
+            Clockwise => entered.prev(),
             Collinear => return Ok(None),
         };
     }
@@ -332,7 +337,7 @@ fn beside(ground: Ground<'_>, vertex: u32, end: VertexId, on_right: bool) -> Res
         return right_at(ground, vertex, end);
     }
     Ok(match side_towards(ground.tile, vertex, end)? {
-        Some(back) => Some(Wedge::Triangle(next(back))),
+        Some(back) => Some(Wedge::Triangle(back.next())),
         None => ground.outside_is_free.then_some(Wedge::Outside),
     })
 }

@@ -1,8 +1,7 @@
 //! All triangles that meet a rectangle.
 
 use futures::stream;
-use futures::stream::Stream;
-use futures::stream::StreamExt;
+use futures::stream::{Stream, StreamExt};
 
 use super::location::TriangleRef;
 use crate::geometry::{Orientation, Point, Rect, orient2d};

@@ -5,8 +5,8 @@
 //! triangulation", 2002), in random order: on a Delaunay triangulation it cannot go in circles, and on others it does not for ever.
 
 use super::location::{Location, TriangleRef};
-use crate::geometry::{Orientation, Point, orient2d};
-use crate::query::request::{Contradiction, QueryError, Tiles, next, previous, side_towards};
+use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::query::request::{Contradiction, QueryError, Tiles, side_towards};
 use crate::store::{Across, Tile, TileId, VertexId};
 
 /// So many times the power of two below the cube root of their number of the vertices of a tile are looked at for where to start: the walk
@@ -37,7 +37,7 @@ pub(crate) enum Step {
 /// Where the walk starts.
 enum Start {
     /// In the triangle of this side.
-    From(u32),
+    From(HalfEdge),
     /// Nowhere: it is at its end.
     There(Location),
 }
@@ -83,23 +83,23 @@ impl Locate {
             // Off Delaunay's triangulation, where constraints are, the walk might go in circles if it always turned the same way.
             let turns_left = self.steps.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 63 == 1;
             let [one, other] = if turns_left {
-                [previous(side), next(side)]
+                [side.prev(), side.next()]
             } else {
-                [next(side), previous(side)]
+                [side.next(), side.prev()]
             };
             let sides = [one, other, side];
-            let turn = |s: u32| {
-                let [from, to] = [s, next(s)].map(|s| tile.corner(tile.origin(s)));
+            let turn = |s: HalfEdge| {
+                let [from, to] = [s, s.next()].map(|s| tile.corner(tile.origin(s.0)));
                 orient2d(from, to, self.target)
             };
             let Some(exit) = sides.into_iter().find(|&s| turn(s) == Orientation::Clockwise) else {
                 return Ok(Step::Done(inside(tile, sides, sides.map(turn)).into()));
             };
-            side = match tile.across(exit) {
-                Across::Side(side) => side,
-                Across::Hull => return Ok(outside(tile.ends(exit).map(|end| end.id))),
+            side = match tile.across(exit.0) {
+                Across::Side(side) => HalfEdge(side),
+                Across::Hull => return Ok(outside(tile.ends(exit.0).map(|end| end.id))),
                 Across::Elsewhere => {
-                    let [from, to] = [exit, next(exit)].map(|s| tile.vertex(tile.origin(s)).id);
+                    let [from, to] = [exit, exit.next()].map(|s| tile.vertex(tile.origin(s.0)).id);
                     // Across, the side runs from `to` to `from`.
                     self.enter = Some((to, from));
                     return Ok(Step::Need(from.tile));
@@ -117,7 +117,7 @@ impl Locate {
         // The nearest of a few; their vertices are in Morton order, so these are spread evenly.
         let sample = (0..tile.vertex_count()).step_by(apart(tile.vertex_count()));
         let nearest = sample.min_by(|&p, &q| square(tile.point(p)).total_cmp(&square(tile.point(q))));
-        if let Some(side) = nearest.and_then(|vertex| tile.side_leaving(vertex)) {
+        if let Some(side) = nearest.and_then(|vertex| tile.side_leaving(vertex).map(HalfEdge)) {
             return Start::From(side);
         }
         // Without triangles there is nothing but vertices.
@@ -140,23 +140,23 @@ fn outside(exit: [VertexId; 2]) -> Step {
 }
 
 /// Where the target lies in a triangle that it is not outside of.
-fn inside(tile: &Tile, sides: [u32; 3], turns: [Orientation; 3]) -> Location {
-    let triangle = TriangleRef::of(tile, sides[0] / 3);
-    let on: Vec<u32> = sides
+fn inside(tile: &Tile, sides: [HalfEdge; 3], turns: [Orientation; 3]) -> Location {
+    let triangle = TriangleRef::of(tile, sides[0].triangle());
+    let on: Vec<HalfEdge> = sides
         .into_iter()
         .zip(turns)
         .filter(|(_, turn)| *turn == Orientation::Collinear)
         .map(|(side, _)| side)
         .collect();
-    let origin = |side: u32| tile.vertex(tile.origin(side));
+    let origin = |side: HalfEdge| tile.vertex(tile.origin(side.0));
     match on[..] {
         [] => Location::InTriangle(triangle),
         [side] => Location::OnEdge {
-            ends: [origin(side), origin(next(side))],
+            ends: [origin(side), origin(side.next())],
             triangle,
         },
         // On two sides: at the corner between them.
-        [a, b, ..] => Location::OnVertex(origin(if next(a) == b { b } else { a })),
+        [a, b, ..] => Location::OnVertex(origin(if a.next() == b { b } else { a })),
     }
 }
 

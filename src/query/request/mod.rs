@@ -15,6 +15,6 @@ pub use explored::Explored;
 pub(crate) use explored::key;
 pub use options::{Mode, QueryOptions, UnknownMode};
 pub(crate) use point::{representable, target};
-pub(crate) use star::{next, previous, side_towards};
+pub(crate) use star::side_towards;
 pub(crate) use stream::unfold;
 pub(crate) use tiles::Tiles;

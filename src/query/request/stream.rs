@@ -2,7 +2,8 @@
 
 use std::pin::Pin;
 
-use futures::stream::{self, Stream};
+use futures::stream;
+use futures::stream::Stream;
 
 use super::error::QueryError;
 

@@ -12,7 +12,7 @@ use super::error::QueryError;
 use super::options::QueryOptions;
 use super::star::side_towards;
 use crate::collections::mix::Mix;
-use crate::geometry::Rect;
+use crate::geometry::{HalfEdge, Rect};
 use crate::store::{Directory, Metadata, Tile, TileId, TileReader, VertexId};
 
 /// Tiles that a query keeps from the cache's whims.
@@ -161,7 +161,7 @@ impl Tiles {
         &mut self,
         from: VertexId,
         to: VertexId,
-    ) -> Result<Option<(Arc<Tile>, u32)>, QueryError> {
+    ) -> Result<Option<(Arc<Tile>, HalfEdge)>, QueryError> {
         let tile = self.get(to.tile).await?;
         if to.index >= tile.vertex_count() {
             return Err(self.damaged(to.tile, Contradiction::NoVertex(to.index)));

@@ -1,10 +1,10 @@
 //! A path as it is told: its points, and what it bends around.
 
 use super::certify::certify;
-use crate::geometry::{Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
 use crate::query::answer::{Bend, Distance, Path, WayPoint};
 use crate::query::free_space::{Ground, Place, Wedge};
-use crate::query::request::{Contradiction, QueryError, Tiles, previous, side_towards};
+use crate::query::request::{Contradiction, QueryError, Tiles, side_towards};
 use crate::store::{EdgeSource, Tile, Vertex};
 
 /// Makes a path of a way from a place to another place or a vertex.
@@ -98,7 +98,7 @@ async fn bend(
             return Err(tiles.damaged(tile.id(), Contradiction::IdleBend(vertex.id.index)));
         }
     };
-    let [from, to] = tile.ends(edge);
+    let [from, to] = tile.ends(edge.0);
     let edge_to = if from.id == vertex.id { to } else { from };
     let away = if turns_left {
         Orientation::Clockwise
@@ -121,15 +121,15 @@ async fn bend(
 }
 
 /// The side of a vertex's tile, from or to the vertex, at the left or right end of the sector in which paths turn there, if there is one.
-fn bound(ground: Ground<'_>, vertex: u32, on_left: bool) -> Result<Option<u32>, Contradiction> {
+fn bound(ground: Ground<'_>, vertex: u32, on_left: bool) -> Result<Option<HalfEdge>, Contradiction> {
     let Some(wedge) = ground.turning_sector(vertex)? else {
         return Ok(None);
     };
     let side = match (ground.end_of_sector(vertex, wedge, on_left)?, on_left) {
-        (Wedge::Triangle(side), true) => previous(side),
+        (Wedge::Triangle(side), true) => side.prev(),
         (Wedge::Triangle(side), false) => side,
         (Wedge::Outside, true) => ground.first(vertex)?,
-        (Wedge::Outside, false) => previous(ground.last(vertex)?),
+        (Wedge::Outside, false) => ground.last(vertex)?.prev(),
     };
     Ok(Some(side))
 }
@@ -138,13 +138,13 @@ fn bound(ground: Ground<'_>, vertex: u32, on_left: bool) -> Result<Option<u32>, 
 async fn sources_from(
     tiles: &mut Tiles,
     tile: &Tile,
-    side: u32,
+    side: HalfEdge,
     [from, to]: [Vertex; 2],
 ) -> Result<Vec<EdgeSource>, QueryError> {
     // The sources stand in the tile of the smaller end.
     let owner = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
     if owner.id.tile == tile.id() {
-        let [start, _] = tile.ends(side);
+        let [start, _] = tile.ends(side.0);
         return Ok(sources(tile, side, start.id == from.id));
     }
     let there = tiles.get(to.id.tile).await?;
@@ -158,8 +158,8 @@ async fn sources_from(
 }
 
 /// The lines along a side, as seen in its direction or against it.
-fn sources(tile: &Tile, side: u32, along: bool) -> Vec<EdgeSource> {
-    let sources = tile.edge_sources(side);
+fn sources(tile: &Tile, side: HalfEdge, along: bool) -> Vec<EdgeSource> {
+    let sources = tile.edge_sources(side.0);
     sources
         .map(|source| if along { source } else { source.reversed() })
         .collect()

@@ -6,10 +6,10 @@
 use std::sync::Arc;
 
 use crate::geometry::Orientation::{Clockwise, Collinear, CounterClockwise};
-use crate::geometry::{Point, orient2d};
+use crate::geometry::{HalfEdge, Point, orient2d};
 use crate::query::answer::WayPoint;
 use crate::query::free_space::{Beyond, Ground, Place, Spot, Wedge};
-use crate::query::request::{Contradiction, QueryError, Tiles, next, previous, side_towards};
+use crate::query::request::{Contradiction, QueryError, Tiles, side_towards};
 use crate::store::{Tile, VertexId};
 
 /// A wedge of a vertex: that of the triangle on the right of the edge to the vertex `left`, or the outside.
@@ -99,8 +99,8 @@ impl Leg<'_> {
             Spot::Edge { ends } => {
                 for [from, to] in [ends, [ends[1], ends[0]]] {
                     match self.tiles.side_between(from.id, to.id).await? {
-                        Some((tile, side)) if tile.is_hole(side / 3) => {}
-                        Some((tile, side)) => self.start_in(tile, side / 3).await?,
+                        Some((tile, side)) if tile.is_hole(side.triangle()) => {}
+                        Some((tile, side)) => self.start_in(tile, side.triangle()).await?,
                         None if self.tiles.outside_is_free() => {
                             for end in ends {
                                 self.reach(end.id, end.point, None, self.from);
@@ -122,8 +122,8 @@ impl Leg<'_> {
         if self.arrives_in(&tile, triangle) {
             return Ok(());
         }
-        for side in 3 * triangle..3 * triangle + 3 {
-            let [right, left] = tile.ends(side);
+        for side in HalfEdge::of_triangle(triangle) {
+            let [right, left] = tile.ends(side.0);
             self.reach_by(&tile, side, self.from);
             let leaves = orient2d(right.point, left.point, self.from) == CounterClockwise
                 && orient2d(self.from, right.point, self.to) == CounterClockwise
@@ -146,7 +146,7 @@ impl Leg<'_> {
                 let edge = self
                     .tiles
                     .checked(vertex.tile, ground.along_hull(vertex.index, forward))?;
-                let [left, right] = tile.ends(edge);
+                let [left, right] = tile.ends(edge.0);
                 self.reach(left.id, left.point, None, self.from);
                 self.reach(right.id, right.point, None, self.from);
                 if orient2d(left.point, right.point, self.from) != Clockwise {
@@ -158,7 +158,7 @@ impl Leg<'_> {
                 if enters {
                     is_free = false;
                     // The first edge comes twice.
-                    if !tile.is_wall(edge) && ground.is_free(edge / 3) && !self.has_arrived {
+                    if !tile.is_wall(edge.0) && ground.is_free(edge.triangle()) && !self.has_arrived {
                         self.through(Arc::clone(&tile), edge).await?;
                     }
                 }
@@ -201,7 +201,7 @@ impl Leg<'_> {
         let start = match corner.left {
             None => Wedge::Outside,
             Some(left) => match side_towards(tile, vertex, left)? {
-                Some(back) => Wedge::Triangle(next(back)),
+                Some(back) => Wedge::Triangle(back.next()),
                 None => return Err(Contradiction::LacksTriangle(vertex)),
             },
         };
@@ -224,15 +224,15 @@ impl Leg<'_> {
         let at = tile.point(vertex.index);
         match wedge {
             Wedge::Triangle(side) => {
-                if self.arrives_in(tile, side / 3) {
+                if self.arrives_in(tile, side.triangle()) {
                     return Ok(());
                 }
-                for corner in [next(side), previous(side)] {
+                for corner in [side.next(), side.prev()] {
                     self.reach_by(tile, corner, at);
                 }
-                let [right, left] = [next(side), previous(side)].map(|side| tile.corner(tile.origin(side)));
+                let [right, left] = [side.next(), side.prev()].map(|side| tile.corner(tile.origin(side.0)));
                 if orient2d(at, right, self.to) == CounterClockwise && orient2d(at, left, self.to) == Clockwise {
-                    self.cross(Arc::clone(tile), next(side)).await?;
+                    self.cross(Arc::clone(tile), side.next()).await?;
                 }
             }
             Wedge::Outside => {
@@ -261,13 +261,14 @@ impl Leg<'_> {
         if (0..3).any(|s| orient2d(corners[s], corners[(s + 1) % 3], self.to) == Clockwise) {
             return false;
         }
-        let sides = 3 * triangle..3 * triangle + 3;
+        let sides = HalfEdge::of_triangle(triangle);
         if let Some(side) = sides
+            .into_iter()
             .zip(corners)
             .find(|(_, point)| *point == self.to)
             .map(|(side, _)| side)
         {
-            let vertex = tile.vertex(tile.origin(side)).id;
+            let vertex = tile.vertex(tile.origin(side.0)).id;
             self.arrived.push(corner(tile, vertex, Wedge::Triangle(side)));
         }
         self.has_arrived = true;
@@ -275,9 +276,9 @@ impl Leg<'_> {
     }
 
     /// Reaches the vertex of a side that leaves it, if it lies on the way.
-    fn reach_by(&mut self, tile: &Tile, side: u32, from: Point) {
-        let vertex = tile.vertex(tile.origin(side));
-        let left = tile.vertex(tile.origin(previous(side))).id;
+    fn reach_by(&mut self, tile: &Tile, side: HalfEdge, from: Point) {
+        let vertex = tile.vertex(tile.origin(side.0));
+        let left = tile.vertex(tile.origin(side.prev().0)).id;
         self.reach(vertex.id, vertex.point, Some(left), from);
     }
 
@@ -293,7 +294,7 @@ impl Leg<'_> {
     }
 
     /// Crosses a side out of its triangle, and goes on through those behind it.
-    async fn cross(&mut self, tile: Arc<Tile>, side: u32) -> Result<(), QueryError> {
+    async fn cross(&mut self, tile: Arc<Tile>, side: HalfEdge) -> Result<(), QueryError> {
         if let Some((tile, side)) = self.over(tile, side).await? {
             self.through(tile, side).await?;
         }
@@ -301,21 +302,21 @@ impl Leg<'_> {
     }
 
     /// Crosses a side out of its triangle: the side of the free triangle behind it, if there is one.
-    async fn over(&mut self, tile: Arc<Tile>, side: u32) -> Result<Option<(Arc<Tile>, u32)>, QueryError> {
+    async fn over(&mut self, tile: Arc<Tile>, side: HalfEdge) -> Result<Option<(Arc<Tile>, HalfEdge)>, QueryError> {
         match self.ground(&tile).beyond(side) {
             Beyond::Side(over) => {
-                let [from, to] = tile.ends(side).map(|end| end.point);
+                let [from, to] = tile.ends(side.0).map(|end| end.point);
                 self.check_crossing(&tile, over, [to, from])?;
                 return Ok(Some((tile, over)));
             }
             Beyond::Blocked => return Ok(None),
             Beyond::Outside => {}
             Beyond::Elsewhere => {
-                let [from, to] = tile.ends(side);
+                let [from, to] = tile.ends(side.0);
                 match self.tiles.side_between(to.id, from.id).await? {
                     Some((tile, side)) => {
                         self.check_crossing(&tile, side, [to.point, from.point])?;
-                        return Ok((!tile.is_hole(side / 3)).then_some((tile, side)));
+                        return Ok((!tile.is_hole(side.triangle())).then_some((tile, side)));
                     }
                     None if self.tiles.outside_is_free() => {}
                     None => return Ok(None),
@@ -327,24 +328,24 @@ impl Leg<'_> {
         Ok(None)
     }
 
-    fn check_crossing(&self, tile: &Tile, side: u32, ends: [Point; 2]) -> Result<(), QueryError> {
+    fn check_crossing(&self, tile: &Tile, side: HalfEdge, ends: [Point; 2]) -> Result<(), QueryError> {
         self.tiles
             .checked(tile.id(), self.ground(tile).check_crossing(side, ends))
     }
 
     /// Goes through the triangle of a side that it has crossed, and on.
-    async fn through(&mut self, tile: Arc<Tile>, side: u32) -> Result<(), QueryError> {
+    async fn through(&mut self, tile: Arc<Tile>, side: HalfEdge) -> Result<(), QueryError> {
         let (mut tile, mut side) = (tile, side);
         loop {
-            if self.arrives_in(&tile, side / 3) {
+            if self.arrives_in(&tile, side.triangle()) {
                 return Ok(());
             }
-            let apex = tile.corner(tile.origin(previous(side)));
+            let apex = tile.corner(tile.origin(side.prev().0));
             let exit = match orient2d(self.from, self.to, apex) {
-                CounterClockwise => next(side),
-                Clockwise => previous(side),
+                CounterClockwise => side.next(),
+                Clockwise => side.prev(),
                 Collinear => {
-                    self.reach_by(&tile, previous(side), self.from);
+                    self.reach_by(&tile, side.prev(), self.from);
                     return Ok(());
                 }
             };
@@ -359,7 +360,7 @@ impl Leg<'_> {
 /// The wedge of a vertex, by vertices.
 fn corner(tile: &Tile, vertex: VertexId, wedge: Wedge) -> Corner {
     let left = match wedge {
-        Wedge::Triangle(side) => Some(tile.vertex(tile.origin(previous(side))).id),
+        Wedge::Triangle(side) => Some(tile.vertex(tile.origin(side.prev().0)).id),
         Wedge::Outside => None,
     };
     Corner { vertex, left }

@@ -7,12 +7,10 @@
 //! directory, without reading any; there are rarely more to read, and often fewer, since walls hold the search back. The time is what
 //! the fast answer took for each tile that it asked for, times these.
 
-use std::time::Duration;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use futures::StreamExt;
-use futures::TryStreamExt;
 use futures::stream::Stream;
+use futures::{StreamExt, TryStreamExt};
 
 use crate::geometry::{Point, Rect};
 use crate::query::answer::{PathOutcome, SiteFound};

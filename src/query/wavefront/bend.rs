@@ -8,7 +8,7 @@ use super::task::Via;
 use super::wave::Wave;
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::query::free_space::{Ground, SINGLE, TURNING, Wedge};
-use crate::query::request::{Contradiction, next, previous, side_towards};
+use crate::query::request::{Contradiction, side_towards};
 
 impl Wave {
     /// A vertex is the nearest thing to do.
@@ -41,7 +41,7 @@ impl Wave {
             Via::Side(side) => Wedge::Triangle(side),
             Via::Outside => Wedge::Outside,
             Via::RightOf(to) => match side_towards(ground.tile, vertex, to)? {
-                Some(back) => Wedge::Triangle(next(back)),
+                Some(back) => Wedge::Triangle(back.next()),
                 None => return Err(Contradiction::LacksTriangle(vertex)),
             },
         };
@@ -117,11 +117,11 @@ impl Wave {
                 self.spread_outside(ground, root, vertex, Some(far))?;
                 continue;
             };
-            self.see_places_in(ground, root, side / 3);
-            self.see_by(ground, root, far, if leftwards { previous(side) } else { next(side) });
-            let [right, left] = [next(side), previous(side)].map(|side| ground.point(ground.tile.origin(side)));
+            self.see_places_in(ground, root, side.triangle());
+            self.see_by(ground, root, far, if leftwards { side.prev() } else { side.next() });
+            let [right, left] = [side.next(), side.prev()].map(|side| ground.point(ground.tile.origin(side.0)));
             let cone = Cone { root: at, right, left };
-            self.pass(ground, root, next(side), cone, [right, left])?;
+            self.pass(ground, root, side.next(), cone, [right, left])?;
         }
         Ok(())
     }

@@ -7,18 +7,17 @@ use super::parts::{Shape, Side};
 use super::roots::TIE;
 use super::task::{Task, Via};
 use super::wave::Wave;
-use crate::geometry::{Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
 use crate::query::answer::distance;
 use crate::query::free_space::{Ground, SINGLE, TURNING};
-use crate::query::request::previous;
 
 impl Wave {
     /// A vertex is seen from a root by way of the triangle of a side that leaves it.
-    pub(super) fn see_by(&mut self, ground: Ground<'_>, root: u32, corner: u32, side: u32) {
+    pub(super) fn see_by(&mut self, ground: Ground<'_>, root: u32, corner: u32, side: HalfEdge) {
         let via = if corner < ground.tile.vertex_count() {
             Via::Side(side)
         } else {
-            Via::RightOf(ground.tile.vertex(ground.tile.origin(previous(side))).id)
+            Via::RightOf(ground.tile.vertex(ground.tile.origin(side.prev().0)).id)
         };
         self.see(ground, root, corner, via);
     }

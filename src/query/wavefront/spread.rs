@@ -6,9 +6,9 @@ use super::parts::Shape;
 use super::task::{Task, seam_between};
 use super::waiting::Ahead;
 use super::wave::Wave;
-use crate::geometry::{Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
 use crate::query::free_space::{Ground, Passage, Passages};
-use crate::query::request::{Contradiction, next, previous, side_towards};
+use crate::query::request::{Contradiction, side_towards};
 use crate::store::VertexId;
 
 /// Triangles that a cone passes at most without a look at how long its ways are now, where it leaves each by one side only. To look takes
@@ -18,7 +18,7 @@ const TRUST: u32 = 8;
 /// A side by which a cone leaves a triangle, with its ends as seen on the right and on the left: corners, and where they are.
 #[derive(Clone, Copy)]
 struct Door {
-    side: u32,
+    side: HalfEdge,
     right: (u32, Point),
     left: (u32, Point),
 }
@@ -54,17 +54,17 @@ impl Wave {
             return Err(Contradiction::NoVertex(vertex));
         }
         match side_towards(ground.tile, vertex, from)? {
-            Some(side) if ground.is_free(side / 3) => {
-                let ends = [side, next(side)].map(|side| ground.point(ground.tile.origin(side)));
+            Some(side) if ground.is_free(side.triangle()) => {
+                let ends = [side, side.next()].map(|side| ground.point(ground.tile.origin(side.0)));
                 if seam_between(ends) != seam {
-                    return Err(Contradiction::EndElsewhere(side));
+                    return Err(Contradiction::EndElsewhere(side.0));
                 }
                 ground.check_crossing(side, ends)?;
                 self.through(ground, root, side, cone)
             }
             None if self.outside_is_free => {
                 let edge = ground.first(vertex)?;
-                let edge = [edge, next(edge)].map(|side| ground.point(ground.tile.origin(side)));
+                let edge = [edge, edge.next()].map(|side| ground.point(ground.tile.origin(side.0)));
                 self.see_outside(root, edge, &cone);
                 Ok(())
             }
@@ -77,32 +77,32 @@ impl Wave {
         &mut self,
         ground: Ground<'_>,
         root: u32,
-        side: u32,
+        side: HalfEdge,
         cone: Cone,
     ) -> Result<(), Contradiction> {
         let (tile, passages) = (ground.tile.id(), ground.passages());
-        let end = |side: u32| {
+        let end = |side: HalfEdge| {
             let corner = passages.corner(side);
             (corner, ground.point(corner))
         };
         let (mut side, mut cone) = (side, cone);
-        let [mut right, mut left] = [next(side), side].map(end);
+        let [mut right, mut left] = [side.next(), side].map(end);
         let mut stride = Stride::default();
         loop {
             self.pause = self.pause.saturating_sub(1);
-            let apex = end(previous(side));
+            let apex = end(side.prev());
             let point = apex.1;
             let corners = [left.1, right.1, point];
             self.see_places_within(root, corners, &cone);
             let between = Some([cone.right, cone.left]);
             self.keep(root, Shape::Triangle { corners, between });
             let to_right = Door {
-                side: next(side),
+                side: side.next(),
                 right,
                 left: apex,
             };
             let to_left = Door {
-                side: previous(side),
+                side: side.prev(),
                 right: apex,
                 left,
             };
@@ -118,7 +118,7 @@ impl Wave {
                     }
                     on_left => {
                         stride.trust = TRUST;
-                        self.see_by(ground, root, apex.0, previous(side));
+                        self.see_by(ground, root, apex.0, side.prev());
                         self.part(passages, root, [to_right, to_left], cone, [on_right, on_left])?
                     }
                 }
@@ -212,14 +212,14 @@ impl Wave {
         let entered = match passages.beyond(door.side) {
             Passage::Side(side) => Some(side),
             Passage::Blocked => return Ok(None),
-            Passage::DeadEnd(side) if self.is_all_wanted() || self.here.may_enter(side / 3) => Some(side),
+            Passage::DeadEnd(side) if self.is_all_wanted() || self.here.may_enter(side.triangle()) => Some(side),
             Passage::DeadEnd(_) => return Ok(None),
             Passage::Outside => {
                 self.see_outside(root, [right, left], cone);
                 return Ok(None);
             }
             Passage::Elsewhere => None,
-            Passage::AtOdds => return Err(Contradiction::NotBeside(door.side / 3)),
+            Passage::AtOdds => return Err(Contradiction::NotBeside(door.side.triangle())),
         };
         let crossing = cone.crossing(right, left);
         let way = self.roots[root as usize].length;
@@ -234,7 +234,7 @@ impl Wave {
             return Ok(Some(Ahead { length, side }));
         }
         // Across, the side runs from the one's end to the other's start.
-        let [from, to] = passages.ground().tile.ends(door.side).map(|end| end.id);
+        let [from, to] = passages.ground().tile.ends(door.side.0).map(|end| end.id);
         let task = Task::ConeOver {
             vertex: from.index,
             from: to,
@@ -257,12 +257,12 @@ impl Wave {
         &mut self,
         ground: Ground<'_>,
         root: u32,
-        over: u32,
+        over: HalfEdge,
         cone: Cone,
         ends: [Point; 2],
     ) -> Result<(), Contradiction> {
         let passages = ground.passages();
-        let [from, to] = [over, next(over)].map(|side| passages.corner(side));
+        let [from, to] = [over, over.next()].map(|side| passages.corner(side));
         let door = Door {
             side: over,
             right: (from, ends[0]),

@@ -10,10 +10,10 @@ use super::roots::{Root, SeenVertices};
 use super::task::{Task, Via};
 use super::waiting::Waiting;
 use super::wave::{PAUSE, Wave};
-use crate::geometry::{Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
 use crate::query::free_space::{Ground, Place, SINGLE, Spot, Wedge};
 use crate::query::locating::TriangleRef;
-use crate::query::request::{Contradiction, next, side_towards};
+use crate::query::request::{Contradiction, side_towards};
 use crate::store::VertexId;
 
 impl Wave {
@@ -112,14 +112,14 @@ impl Wave {
     /// The source lies on an edge from one vertex to another one, of the tile.
     pub(super) fn start_on_edge(&mut self, ground: Ground<'_>, to: u32, from: VertexId) -> Result<(), Contradiction> {
         if let Some(side) = side_towards(ground.tile, to, from)? {
-            return self.start_in(ground, side / 3);
+            return self.start_in(ground, side.triangle());
         }
         // On a hull edge, and outside of it.
         if !self.outside_is_free {
             return Ok(());
         }
         let edge = ground.first(to)?;
-        let ends = [edge, next(edge)].map(|side| ground.tile.origin(side));
+        let ends = [edge, edge.next()].map(|side| ground.tile.origin(side.0));
         for end in ends {
             self.see(ground, 0, end, Via::Outside);
         }
@@ -140,7 +140,7 @@ impl Wave {
         self.tell_vertex(ground, vertex, 0.0, 0);
         for wedge in ground.free_wedges(vertex)? {
             match wedge {
-                Wedge::Triangle(side) => self.spread_in(ground, 0, side / 3)?,
+                Wedge::Triangle(side) => self.spread_in(ground, 0, side.triangle())?,
                 Wedge::Outside => self.spread_outside(ground, 0, vertex, None)?,
             }
         }
@@ -151,8 +151,8 @@ impl Wave {
     pub(super) fn spread_in(&mut self, ground: Ground<'_>, root: u32, triangle: u32) -> Result<(), Contradiction> {
         let at = self.roots[root as usize].point;
         self.see_places_in(ground, root, triangle);
-        for side in [0, 1, 2].map(|s| 3 * triangle + s) {
-            let [from, to] = [side, next(side)].map(|side| ground.tile.origin(side));
+        for side in HalfEdge::of_triangle(triangle) {
+            let [from, to] = [side, side.next()].map(|side| ground.tile.origin(side.0));
             self.see_by(ground, root, from, side);
             let [right, left] = [from, to].map(|corner| ground.point(corner));
             if orient2d(right, left, at) == Orientation::CounterClockwise {
@@ -178,7 +178,7 @@ impl Wave {
         let at = self.source;
         self.see(ground, 0, vertex, Via::Outside);
         let edge = ground.along_hull(vertex, forward)?;
-        let ends = [edge, next(edge)].map(|side| ground.tile.origin(side));
+        let ends = [edge, edge.next()].map(|side| ground.tile.origin(side.0));
         let [left, right] = ends.map(|end| ground.point(end));
         if !before.is_none_or(|before| goes_on_convexly(before, [left, right], forward)) {
             return Err(Contradiction::ConcaveHull(vertex));
@@ -188,7 +188,7 @@ impl Wave {
             return Ok(());
         }
         self.see_before_hull(right, left);
-        if !ground.tile.is_wall(edge) && ground.is_free(edge / 3) {
+        if !ground.tile.is_wall(edge.0) && ground.is_free(edge.triangle()) {
             let cone = Cone { root: at, right, left };
             self.through(ground, 0, edge, cone)?;
         }

@@ -2,7 +2,7 @@
 
 use std::hash::BuildHasher;
 
-use crate::geometry::Point;
+use crate::geometry::{HalfEdge, Point};
 use crate::store::{TileId, VertexId};
 
 /// A thing to do, in a tile that the queue knows.
@@ -11,7 +11,7 @@ pub(super) enum Task {
     /// The cone of `root` between `right` and `left` enters a triangle of `tile` by `side`. All its ways have at least `length`.
     Cone {
         tile: TileId,
-        side: u32,
+        side: HalfEdge,
         root: u32,
         right: Point,
         left: Point,
@@ -67,7 +67,7 @@ pub(super) fn seam_between(ends: [Point; 2]) -> u64 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Via {
     /// That of the triangle of this side of the vertex's tile, which leaves the vertex.
-    Side(u32),
+    Side(HalfEdge),
     /// That of the triangle on the right of the edge to this vertex.
     RightOf(VertexId),
     /// Outside.

@@ -15,6 +15,7 @@
 //! A wave that hurries to one goal may come there in a narrow bundle, so it joins none before it has gone through many triangles. And after
 //! far more, every wave does what is nearest in its tile first: whoever is ahead of that waits for nobody, and is not joined.
 
+use crate::geometry::HalfEdge;
 use crate::store::TileId;
 
 /// Triangles that a wave to one goal goes through before it joins cones.
@@ -35,7 +36,7 @@ pub(crate) struct Ahead {
     /// What its ways have at least.
     pub(crate) length: f64,
     /// The side, of a triangle of the tile.
-    pub(crate) side: u32,
+    pub(crate) side: HalfEdge,
 }
 
 impl Waiting {
@@ -43,8 +44,8 @@ impl Waiting {
         Self(Vec::new())
     }
 
-    pub(super) fn place(&mut self, tile: TileId, root: u32, side: u32) -> &mut u32 {
-        let mixed = (u64::from(root) << 32 | u64::from(side)).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ u64::from(tile.0);
+    pub(super) fn place(&mut self, tile: TileId, root: u32, side: HalfEdge) -> &mut u32 {
+        let mixed = (u64::from(root) << 32 | u64::from(side.0)).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ u64::from(tile.0);
         let mixed = mixed.wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 32;
         let place = mixed as usize & (self.0.len() - 1);
         &mut self.0[place]

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use proptest::prelude::*;
 
-use crate::geometry::Point;
+use crate::geometry::{HalfEdge, Point};
 use crate::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use crate::pipeline::{BuildOptions, Builder};
 use crate::query::free_space::passages::*;
@@ -94,15 +94,15 @@ fn scenes() -> impl Strategy<Value = Scene> {
 }
 
 /// Whether beyond a side there are core triangles without sites only, and no two ways to any of them; with how many there are.
-fn leads_nowhere(ground: Ground<'_>, side: u32) -> Option<usize> {
+fn leads_nowhere(ground: Ground<'_>, side: HalfEdge) -> Option<usize> {
     let tile = ground.tile;
     let Beyond::Side(entered) = ground.beyond(side) else {
         return None;
     };
-    let mut seen = HashSet::from([side / 3]);
+    let mut seen = HashSet::from([side.triangle()]);
     let mut open = vec![entered];
     while let Some(entered) = open.pop() {
-        let triangle = entered / 3;
+        let triangle = entered.triangle();
         let has_site = tile
             .corners(triangle)
             .into_iter()
@@ -110,7 +110,8 @@ fn leads_nowhere(ground: Ground<'_>, side: u32) -> Option<usize> {
         if triangle >= tile.core_triangle_count() || has_site || !seen.insert(triangle) {
             return None;
         }
-        for side in (3 * triangle..3 * triangle + 3).filter(|&side| side != entered) {
+        let sides = HalfEdge::of_triangle(triangle).into_iter();
+        for side in sides.filter(|&side| side != entered) {
             match ground.beyond(side) {
                 Beyond::Side(next) => open.push(next),
                 Beyond::Blocked => {}
@@ -130,22 +131,22 @@ proptest! {
         for tile in runtime.block_on(scene.tiles()) {
             let ground = Ground { tile: &tile, outside_is_free: !scene.exterior_is_hole };
             let passages = ground.passages();
-            for side in 0..3 * tile.triangle_count() {
+            for side in (0..3 * tile.triangle_count()).map(HalfEdge) {
                 prop_assert!(!matches!(passages.beyond(side), Passage::DeadEnd(_)));
             }
             for _ in 1..LOOKS_FOR_DEAD_ENDS {
                 prop_assert!(!passages.come());
             }
             prop_assert!(passages.come() && passages.come());
-            for side in (0..3 * tile.triangle_count()).filter(|side| ground.is_free(side / 3)) {
+            for side in (0..3 * tile.triangle_count()).map(HalfEdge).filter(|side| ground.is_free(side.triangle())) {
                 let expected = leads_nowhere(ground, side);
                 match passages.beyond(side) {
                     Passage::DeadEnd(entered) => {
                         prop_assert!(expected.is_some());
                         prop_assert_eq!(ground.beyond(side), Beyond::Side(entered));
                         // Each triangle behind it is reached from here.
-                        let way = passages.way_in(entered / 3);
-                        prop_assert!(way.starts_with(&[entered / 3, side / 3]));
+                        let way = passages.way_in(entered.triangle());
+                        prop_assert!(way.starts_with(&[entered.triangle(), side.triangle()]));
                     }
                     Passage::Side(entered) => {
                         prop_assert_eq!(ground.beyond(side), Beyond::Side(entered));
@@ -156,7 +157,7 @@ proptest! {
                     Passage::Elsewhere => prop_assert_eq!(ground.beyond(side), Beyond::Elsewhere),
                     Passage::Outside => prop_assert_eq!(ground.beyond(side), Beyond::Outside),
                     Passage::Blocked => prop_assert_eq!(ground.beyond(side), Beyond::Blocked),
-                    Passage::AtOdds => prop_assert!(false, "side {} is at odds", side),
+                    Passage::AtOdds => prop_assert!(false, "side {} is at odds", side.0),
                 }
             }
         }
