@@ -127,7 +127,7 @@ impl Nearby {
     async fn tile(&self, tiles: &mut Tiles, id: TileId) -> Result<Arc<Tile>, QueryError> {
         let tile = tiles.get(id).await?;
         let ground = Ground::of(tiles, &tile);
-        if ground.marks().has_break_lines {
+        if ground.has_break_lines() {
             return Err(tiles.break_lines());
         }
         Ok(tile)

@@ -132,7 +132,7 @@ impl EdgeRun {
     }
 
     fn check_tile(&self) -> Result<(), QueryError> {
-        if self.refuses && Ground::of(&self.tiles, &self.tile).marks().has_break_lines {
+        if self.refuses && Ground::of(&self.tiles, &self.tile).has_break_lines() {
             return Err(self.tiles.break_lines());
         }
         Ok(())

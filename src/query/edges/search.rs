@@ -10,7 +10,7 @@ use super::overlay::{Link, Overlay};
 use super::sector::{sector, wedge};
 use crate::geometry::Point;
 use crate::query::answer::distance;
-use crate::query::free_space::{Ground, SINGLE, Wedge};
+use crate::query::free_space::{Ground, Mark, Wedge};
 use crate::query::request::Contradiction;
 use crate::store::{Tile, TileId, VertexId};
 
@@ -272,13 +272,11 @@ impl EdgeSearch {
 
     fn settle(&mut self, ground: Ground<'_>, entry: &Entry, within: Within) -> Result<Option<u32>, Contradiction> {
         let (id, vertex) = (entry.vertex, entry.vertex.index);
-        let Some(&marks) = ground.marks().of_vertices.get(vertex as usize) else {
-            return Err(Contradiction::NoVertex(vertex));
-        };
-        if marks & SINGLE != 0 && self.settled.contains(&[id, id]) {
+        let mark = ground.mark(vertex).ok_or(Contradiction::NoVertex(vertex))?;
+        if mark.is_single() && self.settled.contains(&[id, id]) {
             return Ok(None);
         }
-        let (sector, wedges) = if marks & SINGLE != 0 {
+        let (sector, wedges) = if mark.is_single() {
             (id, ground.free_wedges(vertex)?)
         } else {
             sector(ground, vertex, wedge(ground, vertex, within)?)?
@@ -297,7 +295,7 @@ impl EdgeSearch {
             }
         }
         for link in self.links.get(&id).cloned().into_iter().flatten() {
-            let is_here = marks & SINGLE != 0
+            let is_here = mark.is_single()
                 || self::sector(ground, vertex, self::wedge(ground, vertex, link.within)?)?.0 == sector;
             if is_here {
                 let turn = if let Within::Sector(sector) = link.to.within {
@@ -343,13 +341,9 @@ impl EdgeSearch {
         if !is_wanted {
             return;
         }
-        let marks = match ground {
-            Some(ground) if ground.tile.id() == to.vertex.tile => {
-                ground.marks().of_vertices.get(to.vertex.index as usize).copied()
-            }
-            _ => None,
-        };
-        if marks.is_some_and(|marks| marks & SINGLE != 0) {
+        let here = ground.filter(|ground| ground.tile.id() == to.vertex.tile);
+        let mark = here.and_then(|ground| ground.mark(to.vertex.index));
+        if mark.is_some_and(Mark::is_single) {
             let waiting = self.waiting.entry(to.vertex).or_insert(f64::INFINITY);
             if *waiting <= length {
                 return;

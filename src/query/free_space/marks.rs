@@ -5,19 +5,49 @@ use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
 use crate::query::request::Contradiction;
 use crate::store::{Across, Marks};
 
-/// A vertex round which a path can bend, in one of its sectors.
-pub(crate) const TURNING: u8 = 1;
+/// What is true of a vertex. It takes one byte, since each vertex of all tiles in the cache has one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Mark(u8);
 
-/// A vertex with a site.
-pub(crate) const SITE: u8 = 2;
+const TURNING: u8 = 1;
+const SITE: u8 = 2;
+const SINGLE: u8 = 4;
 
-/// A vertex with one free sector only.
-pub(crate) const SINGLE: u8 = 4;
+impl Mark {
+    /// Whether a path can bend round the vertex, in one of its sectors.
+    #[inline]
+    pub(crate) fn turns(self) -> bool {
+        self.0 & TURNING != 0
+    }
+
+    /// Whether a site lies there.
+    #[inline]
+    pub(crate) fn has_site(self) -> bool {
+        self.0 & SITE != 0
+    }
+
+    /// Whether it has one free sector only.
+    #[inline]
+    pub(crate) fn is_single(self) -> bool {
+        self.0 & SINGLE != 0
+    }
+}
 
 impl<'t> Ground<'t> {
-    /// What is true of each vertex of the tile: [`TURNING`], [`SITE`], [`SINGLE`]; and the neighbours at the right and left end
-    /// of the sector in which it turns. Where the tile contradicts itself, the star says so when it is walked round.
-    pub(crate) fn marks(self) -> &'t Marks {
+    /// What is true of a vertex, if the tile has one of this number. Where the tile contradicts itself, the star says so when it is
+    /// walked round.
+    #[inline]
+    pub(crate) fn mark(self, vertex: u32) -> Option<Mark> {
+        self.marks().of_vertices.get(vertex as usize).copied().map(Mark)
+    }
+
+    /// Whether the tile has break lines.
+    pub(crate) fn has_break_lines(self) -> bool {
+        self.marks().has_break_lines
+    }
+
+    /// What is true of each vertex of the tile, and the neighbours at the right and left end of the sector in which it turns.
+    fn marks(self) -> &'t Marks {
         self.tile.notes().marks(|| self.find_marks())
     }
 

@@ -12,7 +12,7 @@ mod wedges;
 
 pub use footing::Footing;
 pub(crate) use ground::{Beyond, Ground};
-pub(crate) use marks::{SINGLE, SITE, TURNING};
+pub(crate) use marks::Mark;
 #[cfg(feature = "baselines")]
 pub(crate) use nearest_free::nearest_on;
 pub(crate) use passages::{Passage, Passages};

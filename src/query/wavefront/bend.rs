@@ -7,7 +7,7 @@ use super::roots::{Root, TIE};
 use super::task::Via;
 use super::wave::Wave;
 use crate::geometry::{Orientation, Point, orient2d};
-use crate::query::free_space::{Ground, SINGLE, TURNING, Wedge};
+use crate::query::free_space::{Ground, Wedge};
 use crate::query::request::{Contradiction, side_towards};
 
 impl Wave {
@@ -21,20 +21,18 @@ impl Wave {
         length: f64,
         via: Via,
     ) -> Result<(), Contradiction> {
-        let Some(&marks) = ground.marks().of_vertices.get(vertex as usize) else {
-            return Err(Contradiction::NoVertex(vertex));
-        };
+        let mark = ground.mark(vertex).ok_or(Contradiction::NoVertex(vertex))?;
         let id = ground.tile.vertex(vertex).id;
         let seen = self.seen.entry(id).or_default();
-        seen.marks = Some(marks);
-        if length > seen.limit * TIE || marks & SINGLE != 0 && self.here.is_nearer(vertex, length) {
+        seen.mark = Some(mark);
+        if length > seen.limit * TIE || mark.is_single() && self.here.is_nearer(vertex, length) {
             return Ok(());
         }
         if length < seen.told {
             seen.told = length;
             self.tell_vertex(ground, vertex, length, before);
         }
-        if marks & TURNING == 0 {
+        if !mark.turns() {
             return Ok(());
         }
         let wedge = match via {
@@ -45,7 +43,7 @@ impl Wave {
                 None => return Err(Contradiction::LacksTriangle(vertex)),
             },
         };
-        if marks & SINGLE == 0 && !ground.sector_turns(vertex, wedge)? {
+        if !mark.is_single() && !ground.sector_turns(vertex, wedge)? {
             return Ok(());
         }
         let seen = self.seen.entry(id).or_default();

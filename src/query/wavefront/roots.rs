@@ -5,6 +5,7 @@ use std::hash::BuildHasherDefault;
 
 use crate::collections::mix::Mix;
 use crate::geometry::Point;
+use crate::query::free_space::Mark;
 use crate::store::VertexId;
 
 /// Ways whose lengths differ by less than this part may be equally long but for rounding, so that neither rules out the other.
@@ -27,8 +28,8 @@ pub(crate) struct Root {
 /// What is known of a vertex.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
-    /// Its marks, once its tile was there.
-    pub(crate) marks: Option<u8>,
+    /// What is true of it, once its tile was there.
+    pub(crate) mark: Option<Mark>,
     /// The way over which it was told of, if it is to be.
     pub(crate) told: f64,
     /// Its root.
@@ -40,7 +41,7 @@ pub(crate) struct Seen {
 impl Default for Seen {
     fn default() -> Self {
         Self {
-            marks: None,
+            mark: None,
             told: f64::INFINITY,
             root: None,
             limit: f64::INFINITY,

@@ -9,7 +9,7 @@ use super::task::{Task, Via};
 use super::wave::Wave;
 use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
 use crate::query::answer::distance;
-use crate::query::free_space::{Ground, SINGLE, TURNING};
+use crate::query::free_space::{Ground, Mark};
 
 impl Wave {
     /// A vertex is seen from a root by way of the triangle of a side that leaves it.
@@ -35,30 +35,30 @@ impl Wave {
                 self.see_place(goal, point, root);
             }
         }
-        let is_own = corner < ground.tile.vertex_count();
-        let own_marks = is_own.then(|| ground.marks().of_vertices[corner as usize]);
+        // None if it is another tile's.
+        let own_mark = ground.mark(corner);
         let length = from.length + distance(from.point, point);
-        if let Some(marks) = own_marks {
-            if marks & SINGLE != 0 && !self.here.reach(corner, length) {
+        if let Some(mark) = own_mark {
+            if mark.is_single() && !self.here.reach(corner, length) {
                 return;
             }
-            if !self.is_told_of(marks) && (marks & TURNING == 0 || !ground.can_turn(from.point, corner)) {
+            if !self.is_told_of(mark) && (!mark.turns() || !ground.can_turn(from.point, corner)) {
                 return;
             }
         }
         let id = ground.tile.vertex(corner).id;
         // Of a vertex of this tile that has one free sector it is known by now that no way to it was shorter.
-        let is_known = own_marks.is_some_and(|marks| marks & SINGLE != 0);
+        let is_known = own_mark.is_some_and(Mark::is_single);
         if !is_known && let Some(seen) = self.seen.get_mut(&id) {
-            let marks = own_marks.or(seen.marks);
+            let mark = own_mark.or(seen.mark);
             if length > seen.limit * TIE {
                 return;
             }
-            if let Some(marks) = marks {
-                if marks & SINGLE != 0 {
+            if let Some(mark) = mark {
+                if mark.is_single() {
                     seen.limit = seen.limit.min(length);
                 }
-                if marks & TURNING == 0 && !self.is_told_of(marks) {
+                if !mark.turns() && !self.is_told_of(mark) {
                     return;
                 }
             }

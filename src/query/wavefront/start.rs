@@ -11,7 +11,7 @@ use super::task::{Task, Via};
 use super::waiting::Waiting;
 use super::wave::{PAUSE, Wave};
 use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
-use crate::query::free_space::{Ground, Place, SINGLE, Spot, Wedge};
+use crate::query::free_space::{Ground, Place, Spot, Wedge};
 use crate::query::locating::TriangleRef;
 use crate::query::request::{Contradiction, side_towards};
 use crate::store::VertexId;
@@ -130,11 +130,9 @@ impl Wave {
 
     /// The source is a vertex.
     pub(crate) fn start_at(&mut self, ground: Ground<'_>, vertex: u32) -> Result<(), Contradiction> {
-        if vertex >= ground.tile.vertex_count() {
-            return Err(Contradiction::NoVertex(vertex));
-        }
+        let mark = ground.mark(vertex).ok_or(Contradiction::NoVertex(vertex))?;
         self.seen.entry(ground.tile.vertex(vertex).id).or_default().limit = 0.0;
-        if ground.marks().of_vertices[vertex as usize] & SINGLE != 0 {
+        if mark.is_single() {
             self.here.reach(vertex, 0.0);
         }
         self.tell_vertex(ground, vertex, 0.0, 0);

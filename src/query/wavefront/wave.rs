@@ -14,7 +14,7 @@ use super::task::Task;
 use super::waiting::Waiting;
 use crate::collections::mix::Mix;
 use crate::geometry::Point;
-use crate::query::free_space::SITE;
+use crate::query::free_space::Mark;
 use crate::store::{TileId, VertexId};
 
 /// Triangles that one step passes through at most, more or less.
@@ -85,7 +85,7 @@ impl Wave {
     /// The vertices that it came to.
     #[cfg(feature = "baselines")]
     pub(crate) fn reached(&self) -> impl Iterator<Item = VertexId> {
-        let reached = self.seen.iter().filter(|(_, seen)| seen.marks.is_some());
+        let reached = self.seen.iter().filter(|(_, seen)| seen.mark.is_some());
         reached.map(|(&vertex, _)| vertex)
     }
 
@@ -128,10 +128,10 @@ impl Wave {
         self.tell(What::Place(goal), goal.into(), length, root);
     }
 
-    /// Whether a vertex of these marks is one of those that are looked for.
-    pub(super) fn is_told_of(&self, marks: u8) -> bool {
+    /// Whether a vertex of this mark is one of those that are looked for.
+    pub(super) fn is_told_of(&self, mark: Mark) -> bool {
         match self.goal {
-            Goal::Sites => marks & SITE != 0,
+            Goal::Sites => mark.has_site(),
             Goal::Places(_) => false,
             Goal::Vertices => true,
         }
