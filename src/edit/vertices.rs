@@ -13,10 +13,7 @@ use crate::edit::tile::NewVertex;
 use crate::edit::tiles::{Pin, Tiles};
 use crate::geometry::{MortonSquare, Orientation, Point, Rect, in_circle, orient2d};
 use crate::mesh::{WALLS, next_side, prev_side};
-use crate::store::MAX_TILE_VERTICES;
-use crate::store::TileId;
-use crate::store::Vertex;
-use crate::store::VertexId;
+use crate::store::{MAX_TILE_VERTICES, TileId, Vertex, VertexId};
 
 /// Adds vertices to a tile, none of which is there yet.
 pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Result<(), EditError> {

@@ -37,7 +37,7 @@
 //! so that this is little. A caller of the library who must keep to a limit does so too: one arena, and large allocations mapped.
 
 mod edit;
-mod machine;
+pub(crate) mod machine;
 pub(crate) mod plan;
 pub(crate) mod segments;
 pub(crate) mod shortage;

@@ -1,7 +1,8 @@
 //! The blocks that conquest goes by.
 
-use crate::store::{KdNode, KdTree, TileId};
 use std::path::{Path, PathBuf};
+
+use crate::store::{KdNode, KdTree, TileId};
 
 /// A part of the plane whose points fit in memory.
 #[derive(Clone, Debug, Default, PartialEq)]

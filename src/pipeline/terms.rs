@@ -1,5 +1,8 @@
 //! What a build was told and given, beside points and segments.
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
+
 use crate::constraints::polygons::check::InvertedPolygons;
 use crate::constraints::polygons::put_right::PutRight;
 use crate::geometry::Point;
@@ -8,8 +11,6 @@ use crate::memory::plan::MemoryPlan;
 use crate::pipeline::options::BuildOptions;
 use crate::pipeline::records::Description;
 use crate::pipeline::work_folder::WorkFolder;
-use std::sync::Arc;
-use std::sync::atomic::AtomicU64;
 
 /// What is known of a build before its points come.
 #[derive(Clone, Debug)]

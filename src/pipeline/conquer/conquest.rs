@@ -30,7 +30,7 @@ use crate::pipeline::ingest::missing_z::{Firsts, FoundWithoutZ};
 use crate::pipeline::options::{BuildOptions, Duplicates, Phase};
 use crate::pipeline::output::border_log::BorderLog;
 use crate::pipeline::output::ordered::{Closed, Ordered};
-use crate::pipeline::output::writer::{Extent, Sender};
+use crate::pipeline::output::writer::{Sender, ToWrite};
 use crate::pipeline::records::{BlockFound, DoneEdge, GENERATION, Nexts, Pending, Seam, TileState};
 use crate::pipeline::resume::journal::FinishedBlock;
 use crate::pipeline::summary::LevelSummary;
@@ -432,7 +432,7 @@ impl Conquest {
                 cores: Vec::new(),
                 chunks,
             };
-            let finished = Extent::Finished(Box::new((finished, seam.clone())));
+            let finished = ToWrite::Finished(Box::new((finished, seam.clone())));
             sender.blocking_send(finished).map_err(|_| Closed)?;
         }
         let below = seam.below;

@@ -17,7 +17,7 @@ use crate::pipeline::finish::border_mesh::BorderMesh;
 use crate::pipeline::finish::regions::{RegionFinder, Regions, TileLinks};
 use crate::pipeline::output::border_log::{BorderLog, GroupBorders};
 use crate::pipeline::output::ordered::{Closed, Ordered};
-use crate::pipeline::output::writer::{Extent, Sender};
+use crate::pipeline::output::writer::{Sender, ToWrite};
 use crate::pipeline::records::{GENERATION, Nexts, TileState};
 use crate::pipeline::threads::on_threads;
 use crate::store::{Component, TileId, by_tile};
@@ -65,7 +65,7 @@ pub(crate) fn write_borders(
             }),
     );
     let borders = Ordered::new(0, 2 * threads as u32, |_, border| {
-        sender.blocking_send(Extent::Border(border)).map_err(|_| Closed)
+        sender.blocking_send(ToWrite::Border(border)).map_err(|_| Closed)
     });
     for number in 0..log.group_count() {
         let _span = tracing::debug_span!("borders", group = number).entered();

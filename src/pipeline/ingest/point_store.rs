@@ -1,9 +1,8 @@
 //! Points in memory, from their arrival, or that of their block, until their tile is made.
 
+use crate::constraints::without_z::NO_Z;
 use crate::geometry::Point;
 use crate::input::PointBatch;
-
-use crate::constraints::without_z::NO_Z;
 
 /// A point and its place in the arrays of what goes with it.
 ///

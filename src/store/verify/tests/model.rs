@@ -8,7 +8,7 @@ use crate::geometry::{Point, Rect};
 use crate::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use crate::io::{Buffers, MemoryFile};
 use crate::mesh::NONE;
-use crate::store::directory::Directory;
+use crate::store::format::directory::Directory;
 use crate::store::verify::VerifyError;
 use crate::store::{
     BorderDraft, Component, CoreDraft, ELSEWHERE, EdgeSource, HULL, OpenOptions, Tile, TileEntry, TileId, TileReader,

@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::Component;
-use super::encode::CoreDraft;
 use crate::mesh::NONE;
+use crate::store::format::encode::CoreDraft;
+use crate::store::format::tile::Component;
 
 /// The component of each triangle of a core, numbered in the order of their first triangles.
 pub(crate) fn of_core(core: &CoreDraft) -> Vec<u32> {

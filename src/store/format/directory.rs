@@ -5,17 +5,17 @@ use std::ops::Range;
 use bytes::Bytes;
 use flatbuffers::FlatBufferBuilder;
 
-use super::generated::directory as schema;
-use super::superblock::{FIRST_EXTENT, MAX_FLATBUFFER, Superblock};
-use super::{KdNode, KdTree, Metadata, TileId};
 use crate::geometry::Rect;
+use crate::store::format::generated::directory as schema;
+use crate::store::format::ids::TileId;
+use crate::store::format::kd_tree::{KdNode, KdTree};
+use crate::store::format::metadata::Metadata;
+use crate::store::format::superblock::{FIRST_EXTENT, MAX_FLATBUFFER, Superblock};
 
 /// Entries of one page. 88 bytes each, so a page is a few hundred kilobytes.
 const PAGE_ENTRIES: usize = 4096;
 /// The most tiles that the root has room for: two nodes of 16 bytes each, in 64 MiB.
 pub(crate) const MAX_TILES: u32 = 2_000_000;
-/// No directory is longer: a root, and pages for all tiles.
-pub(crate) const MAX_DIRECTORY: u64 = 256 << 20;
 /// Bytes of a core that a vertex takes at least: x and y.
 const VERTEX_BYTES: u64 = 16;
 /// Bytes that a triangle takes at least: corners and neighbours.
@@ -320,7 +320,7 @@ mod tests {
 
     #[test]
     fn many_sources_with_short_names_are_read() {
-        let source = |i: u64| crate::store::Source {
+        let source = |i: u64| crate::store::format::metadata::Source {
             name: "a".repeat(i as usize % 2),
             records: i,
         };
@@ -333,7 +333,7 @@ mod tests {
         };
         let (bytes, root_length, root_crc) = directory.encode();
         let superblock = Superblock {
-            file_id: crate::store::FileId(0),
+            file_id: crate::store::format::superblock::FileId(0),
             generation: 1,
             file_length: FIRST_EXTENT + bytes.len() as u64,
             directory_offset: FIRST_EXTENT,

@@ -2,9 +2,9 @@
 
 use bytes::Bytes;
 
-use super::super::generated::tile as schema;
-use super::super::packed::Packed;
-use super::sides::is_set;
+use crate::store::format::generated::tile as schema;
+use crate::store::format::packed::Packed;
+use crate::store::format::tile::sides::is_set;
 
 /// What is true of all triangles of a component of a tile.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub(crate) struct Component {
 
 /// The components of a tile. What is absent is 0 or free.
 #[derive(Clone)]
-pub(super) struct Regions {
+pub(crate) struct Regions {
     core_triangles: usize,
     /// Of triangles of the core, and of the border.
     components: [Option<Packed>; 2],
@@ -31,7 +31,7 @@ pub(super) struct Regions {
 
 impl Regions {
     /// Takes them from verified buffers, for so many triangles of core and border.
-    pub(super) fn open(
+    pub(crate) fn open(
         (core, core_table): (&Bytes, schema::Core<'_>),
         (border, border_table): (&Bytes, schema::Border<'_>),
         triangles: [usize; 2],
@@ -89,12 +89,12 @@ impl Regions {
     }
 
     /// How many components the tile has.
-    pub(super) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.regions.as_ref().map_or(1, Packed::len)
     }
 
     /// The number of the component of a triangle, which is in range.
-    pub(super) fn number(&self, triangle: usize) -> usize {
+    pub(crate) fn number(&self, triangle: usize) -> usize {
         let (components, triangle) = match triangle.checked_sub(self.core_triangles) {
             None => (&self.components[0], triangle),
             Some(triangle) => (&self.components[1], triangle),
@@ -105,7 +105,7 @@ impl Regions {
     }
 
     /// What is true of a component, by its number.
-    pub(super) fn component(&self, number: usize) -> Component {
+    pub(crate) fn component(&self, number: usize) -> Component {
         Component {
             region: self.regions.as_ref().map_or(0, |regions| regions.get(number)),
             depth: self.depths.as_ref().map_or(0, |depths| unzigzag(depths.get(number))),
@@ -113,7 +113,7 @@ impl Regions {
         }
     }
 
-    pub(super) fn byte_size(&self) -> usize {
+    pub(crate) fn byte_size(&self) -> usize {
         let packed = self.components.iter().chain([&self.regions, &self.depths]);
         self.holes.len() + packed.flatten().map(Packed::byte_size).sum::<usize>()
     }

@@ -1,10 +1,12 @@
 //! What a tile tells of constraints, regions and sites is what its drafts said; drafts that contradict themselves are refused.
 
-use super::super::directory::verified;
-use super::super::generated::tile as schema;
-use super::*;
 use crate::io::Buffers;
-use crate::store::{BorderDraft, CoreDraft, Extent, HULL, LineKind};
+use crate::store::format::directory::verified;
+use crate::store::format::directory::{Extent, TileEntry};
+use crate::store::format::edge_source::LineKind;
+use crate::store::format::encode::{BorderDraft, CoreDraft, HULL};
+use crate::store::format::generated::tile as schema;
+use crate::store::format::tile::*;
 
 /// A square of two triangles, and one at its right side that has a corner of another tile.
 ///
@@ -227,7 +229,7 @@ fn tables_without_their_other_half_are_refused() {
         let mut builder = flatbuffers::FlatBufferBuilder::new();
         let mut write = |values: &[u64]| {
             let largest = values.iter().copied().max().unwrap_or(0);
-            super::super::packed::write(&mut builder, values.iter().copied(), largest, 0)
+            crate::store::format::packed::write(&mut builder, values.iter().copied(), largest, 0)
         };
         let copy = |table: schema::Packed<'_>| {
             let bytes = table.data().unwrap_or_default();

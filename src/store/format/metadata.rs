@@ -1,10 +1,12 @@
 //! What the directory knows of the whole file, and how it stands in the root.
 
-use flatbuffers::{FlatBufferBuilder, Vector, WIPOffset};
+use flatbuffers::FlatBufferBuilder;
+use flatbuffers::Vector;
+use flatbuffers::WIPOffset;
 
-use super::generated::directory as schema;
-use super::{EdgeSource, LineKind};
 use crate::geometry::{Point, Rect};
+use crate::store::format::edge_source::{EdgeSource, LineKind};
+use crate::store::format::generated::directory as schema;
 
 /// A file that points came from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,7 +34,7 @@ pub struct LineSource {
 
 impl LineSource {
     /// Whether a source is one of these lines, which are in order; or the lines are not known at all.
-    pub(super) fn knows(lines: &[Self], source: EdgeSource) -> bool {
+    pub(crate) fn knows(lines: &[Self], source: EdgeSource) -> bool {
         let before = lines.partition_point(|of_file| of_file.first <= source.number());
         let of_file = before.checked_sub(1).map(|place| &lines[place]);
         let is_its = |l: &Self| l.kind == source.kind() && source.number() - l.first < l.lines;
@@ -128,7 +130,7 @@ impl Default for Metadata {
 
 impl Metadata {
     /// Adds the root to a buffer, for so many tiles.
-    pub(super) fn encode<'b>(
+    pub(crate) fn encode<'b>(
         &self,
         builder: &mut FlatBufferBuilder<'b>,
         tiles: u32,
@@ -204,7 +206,7 @@ impl Metadata {
     }
 
     /// Takes it from a verified root; an error says what is wrong with it.
-    pub(super) fn decode(root: schema::Directory<'_>) -> Result<Self, String> {
+    pub(crate) fn decode(root: schema::Directory<'_>) -> Result<Self, String> {
         let this = Self {
             tile_vertices: root.tile_vertices(),
             vertices: root.vertices(),
@@ -311,7 +313,7 @@ type LineVector<'b> = Vector<'b, flatbuffers::ForwardsUOffset<schema::LineSource
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::directory::verified;
+    use crate::store::format::directory::verified;
 
     fn decoded(metadata: &Metadata) -> Result<Metadata, String> {
         let mut builder = FlatBufferBuilder::new();

@@ -7,8 +7,8 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::geometry::in_circle;
-use crate::mesh::EngineKind;
 use crate::mesh::tests::{check_topology, distinct, on_grid, sorted_triangles};
+use crate::mesh::{EngineKind, Triangulation};
 
 fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
@@ -70,16 +70,15 @@ fn prove(points: &[Point], mesh: &Constrained, pieces: &BTreeSet<[u32; 2]>) {
     let topology = mesh.mesh();
     check_topology(points, topology);
     let point = |v: u32| points[v as usize];
-    for side in 0..3 * topology.triangles.len() as u32 {
-        let [a, b, c] = [side, next_side(side), prev_side(side)].map(|s| point(topology.origin(s)));
+    for side in topology.half_edges() {
+        let [a, b, c] = [side, side.next(), side.prev()].map(|s| point(topology.origin(s)));
         assert_eq!(orient2d(a, b, c), Orientation::CounterClockwise);
-        let twin = topology.twin(side);
-        if twin == NONE {
+        let Some(twin) = topology.twin(side).half_edge() else {
             continue;
-        }
+        };
         assert_eq!(mesh.is_constraint(side), mesh.is_constraint(twin));
         if !mesh.is_constraint(side) {
-            let d = point(topology.origin(prev_side(twin)));
+            let d = point(topology.apex(twin));
             assert!(!in_circle(a, b, c, d), "an edge is not locally Delaunay");
         }
     }

@@ -2,8 +2,8 @@
 
 use bytes::Bytes;
 
-use super::super::generated::tile as schema;
-use super::super::packed::{Packed, partition_point};
+use crate::store::format::generated::tile as schema;
+use crate::store::format::packed::{Packed, partition_point};
 
 /// A site: a vertex that queries look for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +18,7 @@ pub struct Site<'t> {
 
 /// The sites of a tile, by vertex.
 #[derive(Clone)]
-pub(super) struct Sites {
+pub(crate) struct Sites {
     /// Vertex and number of each.
     pairs: Packed,
     /// Their ids, one behind the other, and where each ends.
@@ -27,7 +27,7 @@ pub(super) struct Sites {
 
 impl Sites {
     /// Takes them from a verified buffer; there are so many vertices.
-    pub(super) fn open(core: &Bytes, table: schema::Core<'_>, vertices: u64) -> Result<Option<Self>, String> {
+    pub(crate) fn open(core: &Bytes, table: schema::Core<'_>, vertices: u64) -> Result<Option<Self>, String> {
         let (pairs, ids) = match (table.sites(), table.site_ids(), table.site_id_ends()) {
             (None, None, None) => return Ok(None),
             (Some(pairs), None, None) => (Packed::open(core, pairs)?, None),
@@ -54,11 +54,11 @@ impl Sites {
         }))
     }
 
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.pairs.len() / 2
     }
 
-    pub(super) fn get(&self, place: usize) -> Site<'_> {
+    pub(crate) fn get(&self, place: usize) -> Site<'_> {
         Site {
             vertex: self.pairs.get(2 * place) as u32,
             number: self.pairs.get(2 * place + 1),
@@ -67,7 +67,7 @@ impl Sites {
     }
 
     /// Those at a vertex.
-    pub(super) fn at(&self, vertex: u32) -> impl Iterator<Item = Site<'_>> {
+    pub(crate) fn at(&self, vertex: u32) -> impl Iterator<Item = Site<'_>> {
         let first = self.first_at(vertex.into());
         let sites = (first..self.len()).map(|place| self.get(place));
         sites.take_while(move |site| site.vertex == vertex)
@@ -85,13 +85,13 @@ impl Sites {
         std::str::from_utf8(&text[start as usize..ends.get(place) as usize]).ok()
     }
 
-    pub(super) fn is_site(&self, vertex: u32) -> bool {
+    pub(crate) fn is_site(&self, vertex: u32) -> bool {
         let vertex = u64::from(vertex);
         let place = self.first_at(vertex);
         place < self.len() && self.pairs.get(2 * place) == vertex
     }
 
-    pub(super) fn byte_size(&self) -> usize {
+    pub(crate) fn byte_size(&self) -> usize {
         let ids = self.ids.as_ref();
         self.pairs.byte_size() + ids.map_or(0, |(text, ends)| text.len() + ends.byte_size())
     }

@@ -1,7 +1,7 @@
 //! The k-d tree: the partition of the plane into cells, the order of the tiles, the index of the directory.
 
 use crate::geometry::{Point, Rect, segment_meets};
-use crate::store::TileId;
+use crate::store::format::ids::TileId;
 
 /// A node of the k-d tree.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,14 +1,19 @@
 //! Tiles to bytes.
 
 use bytes::Bytes;
-use flatbuffers::{FlatBufferBuilder, Vector, WIPOffset};
+use flatbuffers::FlatBufferBuilder;
+use flatbuffers::Vector;
+use flatbuffers::WIPOffset;
 
-use super::generated::tile as schema;
-use super::packed::{self, mark};
-use super::{Component, EdgeSource, TileId, VertexId};
 use crate::geometry::Point;
 use crate::io::Buffers;
 use crate::mesh::WALLS;
+use crate::store::format::edge_source::EdgeSource;
+use crate::store::format::generated::tile as schema;
+use crate::store::format::ids::{TileId, VertexId};
+use crate::store::format::packed;
+use crate::store::format::packed::mark;
+use crate::store::format::tile::Component;
 
 /// Marks of the neighbours in a core.
 pub(crate) const NOT_IN_CORE: u64 = mark(0);

@@ -13,16 +13,21 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use super::packed::{Packed, partition_point};
-use super::{EdgeSource, TileEntry, TileId, VertexId};
-use crate::geometry::Point;
+use crate::geometry::{HalfEdge, Point};
 use crate::io::memory_of;
-use crate::mesh::next_side;
+use crate::mesh::{Embedded, Topology, Twin, next_side};
+use crate::store::format::edge_source::EdgeSource;
+use crate::store::format::ids::{TileId, VertexId};
+use crate::store::format::packed::{Packed, partition_point};
+pub(crate) use notes::Marks;
+pub(crate) use notes::Noted;
+pub(crate) use notes::NotedSide;
+pub(crate) use notes::NotedSides;
 use notes::Notes;
-pub(crate) use notes::{Marks, Noted, NotedSide, NotedSides};
 pub(crate) use regions::Component;
 use regions::Regions;
-use sides::{SideBits, Sources};
+use sides::SideBits;
+use sides::Sources;
 pub use sites::Site;
 use sites::Sites;
 
@@ -453,6 +458,35 @@ impl Tile {
             return Some(side as u32);
         }
         find(&self.border_vertex_sides, vertex.into())
+    }
+}
+
+impl Topology for Tile {
+    #[inline]
+    fn triangle_count(&self) -> u32 {
+        Self::triangle_count(self)
+    }
+
+    #[inline]
+    fn origin(&self, half_edge: HalfEdge) -> u32 {
+        Self::origin(self, half_edge.0)
+    }
+
+    #[inline]
+    fn twin(&self, half_edge: HalfEdge) -> Twin {
+        match self.across(half_edge.0) {
+            Across::Side(twin) => Twin::HalfEdge(HalfEdge(twin)),
+            Across::Hull => Twin::Hull,
+            Across::Elsewhere => Twin::Elsewhere,
+        }
+    }
+}
+
+/// Vertices are corners: those of other tiles have numbers too.
+impl Embedded for Tile {
+    #[inline]
+    fn point(&self, corner: u32) -> Point {
+        self.corner(corner)
     }
 }
 

@@ -4,14 +4,16 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use super::super::directory::{check_crc, verified};
-use super::super::generated::tile as schema;
-use super::super::packed::Packed;
-use super::regions::Regions;
-use super::sides::{SideBits, Sources};
-use super::sites::Sites;
-use super::{FOREIGN, Tile, TileEntry, TileId};
 use crate::geometry::Point;
+use crate::store::format::directory::TileEntry;
+use crate::store::format::directory::{check_crc, verified};
+use crate::store::format::generated::tile as schema;
+use crate::store::format::ids::TileId;
+use crate::store::format::packed::Packed;
+use crate::store::format::tile::regions::Regions;
+use crate::store::format::tile::sides::{SideBits, Sources};
+use crate::store::format::tile::sites::Sites;
+use crate::store::format::tile::{FOREIGN, Tile};
 
 impl Tile {
     /// Checks the bytes of a tile against its entry, and every index in them; an error says what is wrong.

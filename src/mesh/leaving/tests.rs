@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::geometry::Rect;
-use crate::mesh::{EngineKind, Triangulation};
+use crate::geometry::{PackedHalfEdge, Rect};
+use crate::mesh::EngineKind;
 
 /// A vertex with many others around it, of which sectors are missing; and the vertex's number.
 fn wheel(spokes: &[(i32, i32)], center: (i32, i32), gone: u32) -> (Vec<Point>, Constrained, u32) {
@@ -20,11 +20,11 @@ fn wheel(spokes: &[(i32, i32)], center: (i32, i32), gone: u32) -> (Vec<Point>, C
         .filter(|(place, _)| gone == 0 || place % gone != 0);
     let triangles: Vec<[u32; 3]> = triangles.map(|(_, corners)| *corners).collect();
     let ends = |side: usize| [triangles[side / 3][side % 3], triangles[side / 3][(side + 1) % 3]];
-    let mut neighbours = vec![[NONE; 3]; triangles.len()];
+    let mut neighbours = vec![[PackedHalfEdge::NONE; 3]; triangles.len()];
     for (a, b) in (0..3 * triangles.len()).flat_map(|a| (0..3 * triangles.len()).map(move |b| (a, b))) {
         let [from, to] = ends(a);
         if ends(b) == [to, from] {
-            neighbours[a / 3][a % 3] = b as u32;
+            neighbours[a / 3][a % 3] = HalfEdge(b as u32).into();
         }
     }
     let count = triangles.len();
@@ -54,14 +54,14 @@ proptest! {
         for to in places.chain(points.iter().copied()).chain([Point::new(bounds.max_x, bounds.min_y)]) {
             for vertex in (0..points.len() as u32).filter(|&v| points[v as usize] != to) {
                 let mut search = Search::new(&mesh, vertex, to);
-                let around = std::iter::from_fn(|| search.next(&points, &mesh)).find_map(|start| start);
+                let around = std::iter::from_fn(|| search.next(&points)).find_map(|start| start);
                 let mut stars = Stars::default();
                 stars.0.insert(vertex, sorted_star(&points, &mesh, vertex));
                 let halved = stars.start(&points, &mesh, vertex, to);
                 // A line along an edge may be found from either side of it.
-                let end = |start: Option<Start>| start.map(|start| match start {
-                    Start::Edge(_, vertex) => Ok(vertex),
-                    Start::Triangle(side) => Err(side),
+                let end = |start: Option<Leaving>| start.map(|start| match start {
+                    Leaving::Edge(_, vertex) => Ok(vertex),
+                    Leaving::Triangle(side) => Err(side),
                 });
                 prop_assert_eq!(end(halved), end(around), "{} {:?}", vertex, to);
             }

@@ -6,9 +6,10 @@
 use std::ops::Range;
 
 use bytes::Bytes;
-use flatbuffers::{FlatBufferBuilder, WIPOffset};
+use flatbuffers::FlatBufferBuilder;
+use flatbuffers::WIPOffset;
 
-use super::generated::tile as schema;
+use crate::store::format::generated::tile as schema;
 
 /// A packed array that is read in place.
 #[derive(Clone, Debug)]

@@ -5,8 +5,6 @@
 
 use std::fmt;
 
-use super::directory::MAX_DIRECTORY;
-
 /// Bytes of a superblock, and the alignment of extents.
 pub(crate) const BLOCK: u64 = 4096;
 /// Where the first extent lies.
@@ -15,6 +13,8 @@ pub(crate) const FIRST_EXTENT: u64 = 2 * BLOCK;
 pub const FORMAT_VERSION: u32 = 1;
 /// No FlatBuffer in a file is larger.
 pub(crate) const MAX_FLATBUFFER: u64 = 64 << 20;
+/// No directory is longer: a root, and pages for all tiles.
+pub(crate) const MAX_DIRECTORY: u64 = 256 << 20;
 
 const MAGIC: [u8; 8] = *b"DELTILES";
 

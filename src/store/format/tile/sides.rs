@@ -3,13 +3,13 @@
 use bytes::Bytes;
 use flatbuffers::Vector;
 
-use super::super::EdgeSource;
-use super::super::generated::tile as schema;
-use super::super::packed::{Packed, partition_point};
+use crate::store::format::edge_source::EdgeSource;
+use crate::store::format::generated::tile as schema;
+use crate::store::format::packed::{Packed, partition_point};
 
 /// Bits of the sides of a core or a border: which are on constraints, and which of them on walls.
 #[derive(Clone)]
-pub(super) struct SideBits {
+pub(crate) struct SideBits {
     /// Empty if there is none.
     constraints: Bytes,
     walls: Bytes,
@@ -17,7 +17,7 @@ pub(super) struct SideBits {
 
 impl SideBits {
     /// Takes the bits of so many sides from a verified buffer.
-    pub(super) fn open(
+    pub(crate) fn open(
         buffer: &Bytes,
         constraints: Option<Vector<'_, u8>>,
         walls: Option<Vector<'_, u8>>,
@@ -41,39 +41,39 @@ impl SideBits {
         Ok(this)
     }
 
-    pub(super) fn is_constraint(&self, side: usize) -> bool {
+    pub(crate) fn is_constraint(&self, side: usize) -> bool {
         is_set(&self.constraints, side)
     }
 
-    pub(super) fn is_wall(&self, side: usize) -> bool {
+    pub(crate) fn is_wall(&self, side: usize) -> bool {
         is_set(&self.walls, side)
     }
 
     /// Whether any side may be on a constraint.
-    pub(super) fn any(&self) -> bool {
+    pub(crate) fn any(&self) -> bool {
         !self.constraints.is_empty()
     }
 
-    pub(super) fn byte_size(&self) -> usize {
+    pub(crate) fn byte_size(&self) -> usize {
         self.constraints.len() + self.walls.len()
     }
 }
 
 /// Whether a bit is set; those beyond the end are not.
-pub(super) fn is_set(bits: &[u8], place: usize) -> bool {
+pub(crate) fn is_set(bits: &[u8], place: usize) -> bool {
     bits.get(place / 8).is_some_and(|byte| byte >> (place % 8) & 1 == 1)
 }
 
 /// The sources of edges, by one side of each.
 #[derive(Clone)]
-pub(super) struct Sources {
+pub(crate) struct Sources {
     sides: Packed,
     sources: Packed,
 }
 
 impl Sources {
     /// Takes them from a verified buffer; sides are below `limit`.
-    pub(super) fn open(
+    pub(crate) fn open(
         buffer: &Bytes,
         sides: Option<schema::Packed<'_>>,
         sources: Option<schema::Packed<'_>>,
@@ -94,7 +94,7 @@ impl Sources {
     }
 
     /// The sources of the edge that is entered under this side.
-    pub(super) fn of(&self, side: u32) -> impl Iterator<Item = EdgeSource> {
+    pub(crate) fn of(&self, side: u32) -> impl Iterator<Item = EdgeSource> {
         let side = u64::from(side);
         let first = partition_point(self.sides.len(), |place| self.sides.get(place) < side);
         (first..self.sides.len())
@@ -103,12 +103,12 @@ impl Sources {
     }
 
     /// How many edges have sources.
-    pub(super) fn edge_count(&self) -> usize {
+    pub(crate) fn edge_count(&self) -> usize {
         let starts = (0..self.sides.len()).filter(|&i| i == 0 || self.sides.get(i - 1) != self.sides.get(i));
         starts.count()
     }
 
-    pub(super) fn byte_size(&self) -> usize {
+    pub(crate) fn byte_size(&self) -> usize {
         self.sides.byte_size() + self.sources.byte_size()
     }
 }

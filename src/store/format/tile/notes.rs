@@ -1,7 +1,10 @@
 //! What queries note of a tile beside it, for those that come after them.
 
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::AtomicU32;
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering;
 
 /// What queries note of a tile. It takes no memory before the first query asks.
 #[derive(Debug, Default)]

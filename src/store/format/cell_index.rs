@@ -1,7 +1,7 @@
 //! The cells that points are distributed to, and the way to find a point's cell.
 
 use crate::geometry::Point;
-use crate::store::{KdNode, KdTree};
+use crate::store::format::kd_tree::{KdNode, KdTree};
 
 /// Finds cells in a k-d tree with the same steps for every point, so that a processor need not guess where they lead, and for
 /// several points at a time, so that it need not wait for one.
