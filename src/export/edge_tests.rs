@@ -7,7 +7,7 @@ use futures::stream::TryStreamExt;
 use super::*;
 use crate::geometry::Point;
 use crate::pipeline::{BuildOptions, Builder};
-use crate::store::OpenOptions;
+use crate::store::{OpenOptions, TileReader};
 
 /// A file of segments alone, in small tiles.
 async fn built(segments: &[[Point; 2]]) -> TileReader {
@@ -32,7 +32,7 @@ async fn check(segments: &[[Point; 2]], edges: usize) {
         expected.extend(ends);
     }
     assert_eq!(expected.len(), edges);
-    let options = ExportOptions { holes: true };
+    let options = ExportOptions::default().holes(true);
     let exported = export(&reader, Format::Ply, options, vec![Vec::new()], |_, _| ())
         .await
         .unwrap();

@@ -33,6 +33,7 @@ use sites::Sites;
 
 /// A vertex: its number, and where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Vertex {
     /// Its number.
     pub id: VertexId,
