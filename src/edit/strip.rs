@@ -7,6 +7,7 @@
 use foldhash::{HashMap, HashMapExt};
 
 use crate::edit::error::EditError;
+use crate::edit::exchange::exchange;
 use crate::edit::patch::{Beside, New, Old, Patch};
 use crate::edit::tile::EditTile;
 use crate::edit::tile::hubs::MOST_AROUND;
@@ -218,7 +219,7 @@ impl Inserting {
             triangle.across[(side % 3) as usize] = Beside::New(twin);
             triangle.bits |= constraint_bits(is_wall) << (side % 3);
         }
-        strip.exchange(tiles)
+        exchange(strip, tiles)
     }
 
     /// Notes the source of an edge in the tile that it belongs to.

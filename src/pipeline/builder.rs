@@ -12,23 +12,18 @@ use crate::constraints::split_lines::SplitLines;
 use crate::geometry::Point;
 use crate::input::{PointBatch, SegmentBatch, SiteBatch};
 use crate::io::output_target;
-use crate::pipeline::assembly::{Assembly, Given};
+use crate::pipeline::assembly::Assembly;
+use crate::pipeline::disk::{DiskLoad, check_disk};
 use crate::pipeline::error::BuildError;
-use crate::pipeline::ingest::intake::{Intake, Terms};
+use crate::pipeline::ingest::intake::Intake;
 use crate::pipeline::ingest::sites::Sites;
-use crate::pipeline::memory;
-use crate::pipeline::memory::DiskLoad;
 use crate::pipeline::options::{BuildOptions, Crossings, Phase, Steiner};
 use crate::pipeline::records::Description;
 use crate::pipeline::resume::journal::SavedPlan;
 use crate::pipeline::summary::BuildSummary;
+use crate::pipeline::terms::{Given, Terms};
 use crate::pipeline::work_folder::WorkFolder;
 use crate::store::LineKind;
-
-/// Segments take no more of the memory than one part of so many.
-const SEGMENTS_SHARE: u64 = 4;
-/// Nor does checking polygons, while they come.
-const CHECK_SHARE: u64 = 4;
 
 /// Builds a tile file from batches of points.
 ///
@@ -41,8 +36,6 @@ pub struct Builder {
     terms: Terms,
     output: PathBuf,
     intake: Intake,
-    /// All memory, of which segments and sites take a part.
-    memory: u64,
     /// One more than the largest record number so far.
     next_record: u64,
     segments: SegmentSpool,
@@ -65,20 +58,19 @@ impl Builder {
         let output = target.map_err(|error| BuildError::io(output, "write a file under this name", error))?;
         let tmp = options.work_folder.as_deref();
         let folder = WorkFolder::create(&output, tmp, options.force, options.resume)?;
-        let memory = options.memory;
+        let memory = options.memory_plan();
         let mut this = Self {
-            memory,
             output,
             intake: Intake::new(),
             next_record: 0,
-            segments: SegmentSpool::new(folder.spill(), memory / SEGMENTS_SHARE),
+            segments: SegmentSpool::new(folder.spill(), memory.for_segments()),
             polygons: Arrivals::new(
                 (
                     options.crossings == Crossings::Error,
                     options.crossings == Crossings::Split || options.steiner == Steiner::Borders,
                 ),
                 folder.spill(),
-                memory / CHECK_SHARE,
+                memory.for_polygons(),
             ),
             sites: Sites::default(),
             given: Given::default(),
@@ -88,6 +80,7 @@ impl Builder {
                 folder: Arc::new(folder),
                 first_end: Arc::new(AtomicU64::new(u64::MAX)),
                 segments: 0,
+                memory,
             },
         };
         if this.terms.options.resume {
@@ -158,7 +151,7 @@ impl Builder {
             spilled_bytes: self.segments.spilled_bytes(),
             has_z: false,
         };
-        memory::check_disk(&self.terms.folder, load)?;
+        check_disk(&self.terms.folder, load)?;
         self.intake.expect(points, sample, &self.terms)
     }
 
@@ -261,16 +254,8 @@ impl Builder {
     fn reserve(&mut self) -> Result<(), BuildError> {
         let seeds = size_of_val(&*self.given.seeds) as u64;
         let sites = self.sites.byte_size() + seeds;
-        if sites > self.memory / 4 {
-            return Err(BuildError::Sites {
-                needed: 4 * sites,
-                budget: self.memory,
-            });
-        }
-        // Later they are sorted, and joined with points.
-        let segments = (4 * self.segments.byte_size()).min(self.memory / SEGMENTS_SHARE);
         self.terms.segments = self.segments.len();
-        Arc::make_mut(&mut self.terms.options).memory = self.memory - segments - sites;
+        self.terms.memory = self.terms.memory.with_arrivals(self.segments.byte_size(), sites)?;
         Ok(())
     }
 
@@ -313,7 +298,7 @@ impl Builder {
             Steiner::Never => Vec::new(),
         };
         let may_cross = self.terms.options.crossings == Crossings::Split;
-        let memory = self.terms.options.memory;
+        let memory = self.terms.memory.rest();
         let polygons = self.polygons.numbers();
         let split = SplitLines::of(
             (&mut self.segments, polygons),
@@ -327,7 +312,7 @@ impl Builder {
         self.given.crossings = lines.crossings();
         self.given.put_right = lines.put_right();
         self.given.borders = lines.borders().to_vec();
-        self.segments = SegmentSpool::new(self.terms.folder.spill(), self.memory / SEGMENTS_SHARE);
+        self.segments = SegmentSpool::new(self.terms.folder.spill(), self.terms.memory.for_segments());
         lines.push_pieces(&mut self.segments)?;
         self.reserve()?;
         let mut record = first_record;
@@ -362,7 +347,7 @@ impl Builder {
         let segments = std::mem::replace(&mut self.segments, SegmentSpool::new(self.terms.folder.spill(), 0));
         let mut given = std::mem::take(&mut self.given);
         given.site_ids = std::mem::take(&mut self.sites).into_ids();
-        let assembly = Assembly::new(&self.terms, self.memory, &self.output, given, self.began);
+        let assembly = Assembly::new(&self.terms, &self.output, given, self.began);
         assembly.build(points, segments, is_resumed).await
     }
 

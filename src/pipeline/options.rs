@@ -7,9 +7,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 
 use crate::input::MissingZ;
+use crate::memory::{MemoryPlan, default_memory};
 use crate::mesh::EngineKind;
 use crate::pipeline::error::BuildError;
-use crate::pipeline::memory;
+use crate::store;
 
 /// How to build a tile file.
 #[derive(Clone, Debug)]
@@ -54,7 +55,7 @@ impl BuildOptions {
     /// The smallest value of `tile_vertices`.
     pub const MIN_TILE_VERTICES: usize = 4;
     /// The largest value of `tile_vertices`.
-    pub const MAX_TILE_VERTICES: usize = 1 << 18;
+    pub const MAX_TILE_VERTICES: usize = store::MAX_TILE_VERTICES;
 
     /// Fails if an option is out of its range.
     pub(crate) fn check(&self) -> Result<(), BuildError> {
@@ -76,6 +77,11 @@ impl BuildOptions {
             return Err(BuildError::NotResumable);
         }
         Ok(())
+    }
+
+    /// Who gets how much of the memory.
+    pub(crate) fn memory_plan(&self) -> MemoryPlan {
+        MemoryPlan::new(self.memory, self.threads, self.tile_vertices, self.merge_vertices)
     }
 
     /// What a build that is resumed must have in common with the one before.
@@ -100,7 +106,7 @@ impl Default for BuildOptions {
             tile_vertices: 1 << 16,
             merge_vertices: 1 << 16,
             threads: std::thread::available_parallelism().map_or(1, usize::from),
-            memory: memory::default_memory(),
+            memory: default_memory(),
             engine: EngineKind::default(),
             duplicates: Duplicates::default(),
             crossings: Crossings::default(),

@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+/// The most vertices of a tile.
+pub(crate) const MAX_TILE_VERTICES: usize = 1 << 18;
+
 /// The number of a tile: its place in the leaf order of the k-d tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TileId(pub u32);

@@ -33,6 +33,7 @@ pub(crate) use directory::MAX_TILES;
 pub use directory::{Directory, Extent, TileEntry};
 pub use edge_source::{EdgeSource, LineKind};
 pub(crate) use encode::{BorderDraft, CoreDraft, ELSEWHERE, HULL};
+pub(crate) use ids::MAX_TILE_VERTICES;
 pub use ids::{TileId, VertexId};
 pub use kd_tree::{KdNode, KdTree};
 pub(crate) use metadata::hull_edges;

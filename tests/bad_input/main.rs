@@ -16,7 +16,7 @@ use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::query::Location;
 use delaunay_tiles::store::TileReader;
-use delaunay_tiles::{BuildError, BuildOptions, Builder, Duplicates, Phase, Progress};
+use delaunay_tiles::{BuildError, BuildOptions, Builder, Duplicates, MemoryShortage, MemoryUse, Phase, Progress};
 use distributions::Kind;
 use futures::stream::TryStreamExt;
 use support::{Random, Scratch, batches, build_batches, built, distinct, points_of, reference, runtime};
@@ -478,7 +478,7 @@ fn budgets_and_options_out_of_range() {
         let options = BuildOptions { memory, ..options(64) };
         let result = in_time(build_batches(&scratch.path, &input, options));
         assert!(
-            matches!(result, Err(BuildError::Memory { budget, .. }) if budget == memory),
+            matches!(result, Err(BuildError::Memory(MemoryShortage { of: MemoryUse::Tile, budget, .. })) if budget == memory),
             "{result:?}"
         );
         assert_empty(scratch.folder.path());

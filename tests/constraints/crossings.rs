@@ -3,7 +3,9 @@
 use delaunay_tiles::geometry::{Point, crossing_point};
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::store::{Digest, LineKind};
-use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Crossing, Crossings, MissingZ};
+use delaunay_tiles::{
+    BuildError, BuildOptions, BuildSummary, Builder, Crossing, Crossings, MemoryShortage, MemoryUse, MissingZ,
+};
 use distributions::Kind;
 use futures::TryStreamExt;
 
@@ -237,5 +239,14 @@ fn splitting_takes_memory() {
     let lines = numbered(segments(60_000, 0.001, 1));
     let way = (500, 1 << 16, 1, 8 << 20);
     let built = runtime().block_on(build(&[], &lines, Crossings::Split, way));
-    assert!(matches!(built, Err(BuildError::SplitMemory { .. })), "{built:?}");
+    assert!(
+        matches!(
+            built,
+            Err(BuildError::Memory(MemoryShortage {
+                of: MemoryUse::Split,
+                ..
+            }))
+        ),
+        "{built:?}"
+    );
 }

@@ -17,7 +17,7 @@ use delaunay_tiles::geometry::{Orientation, Point, orient2d};
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::mesh::{Constrained, EngineKind, Inserter, Triangulation};
 use delaunay_tiles::store::{Digest, EdgeSource, LineKind};
-use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, EditError, Editor};
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, ConstraintError, EditError, Editor};
 use distributions::{Kind, LongSegments, Pslg};
 use proptest::prelude::*;
 use support::{Random, Scratch, batches, distinct, points_of, runtime, verify_lines};
@@ -445,7 +445,10 @@ fn what_cannot_be_built() {
         assert_eq!(left, 0);
         let (invalid, _) = build(&square, &[[a, c], [b, Point::new(f64::NAN, 0.0)]]).await;
         assert!(
-            matches!(invalid, Err(BuildError::InvalidEnd { segment: 1, .. })),
+            matches!(
+                invalid,
+                Err(BuildError::Constraint(ConstraintError::InvalidEnd { segment: 1, .. }))
+            ),
             "{invalid:?}"
         );
         // A point in the way makes a meeting of a crossing.

@@ -3,7 +3,7 @@
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::store::{EdgeSource, LineKind};
-use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder};
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, MemoryShortage, MemoryUse};
 use distributions::Kind;
 
 use super::support::{Random, Scratch, batches, points_of, runtime, verify_lines};
@@ -129,7 +129,11 @@ fn what_edges_know_is_limited_by_the_memory() {
                 };
                 match input.build(&scratch, options).await {
                     Ok(summary) => assert!(is_enough && summary.constraint_edges >= 2999),
-                    Err(BuildError::Overlaps { needed, budget, .. }) => {
+                    Err(BuildError::Memory(MemoryShortage {
+                        of: MemoryUse::Overlaps { .. },
+                        needed,
+                        budget,
+                    })) => {
                         assert!(!is_enough && budget < memory && needed > budget);
                     }
                     Err(error) => panic!("{error}"),

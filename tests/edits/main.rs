@@ -207,7 +207,7 @@ fn what_is_refused_changes_nothing() {
         };
         assert!(matches!(refused(ENOUGH, &records).await, EditError::Records));
         let error = refused(100, &segment((0.0, 0.0), (0.0, 1.0))).await;
-        assert!(matches!(error, EditError::Memory { .. }), "{error}");
+        assert!(matches!(error, EditError::Memory(_)), "{error}");
         let lock = File::open(&scratch.path).unwrap();
         lock.lock().unwrap();
         let error = refused(ENOUGH, &segment((0.0, 0.0), (0.0, 1.0))).await;

@@ -12,7 +12,10 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::Digest;
-use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates, MissingZ, Phase};
+use delaunay_tiles::{
+    BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates, MemoryShortage, MemoryUse, MissingZ,
+    Phase,
+};
 use distributions::Kind;
 use support::{Random, Scratch, batches, build_batches, points_of, reference, runtime};
 
@@ -66,7 +69,9 @@ fn every_distribution_has_one_triangulation_in_any_memory() {
                 let built = build_batches(&scratch.path, &batches(&points, &[]), options(memory, threads)).await;
                 let summary = match built {
                     // Every point of these is in every seam. What they need is another test's matter.
-                    Err(BuildError::Seams { .. }) if memory < 64 << 20 => continue,
+                    Err(BuildError::Memory(MemoryShortage {
+                        of: MemoryUse::Seams, ..
+                    })) if memory < 64 << 20 => continue,
                     built => built.unwrap(),
                 };
                 assert_eq!(summary.points, 100_000);
@@ -233,7 +238,12 @@ fn points_whose_root_cannot_fit() {
         let options = options(2_500_000, 1);
         let progress = Arc::clone(&options.progress);
         let built = build_batches(&scratch.path, &batches(&points, &[]), options.clone()).await;
-        let Err(BuildError::Seams { needed, budget }) = built else {
+        let Err(BuildError::Memory(MemoryShortage {
+            of: MemoryUse::Seams,
+            needed,
+            budget,
+        })) = built
+        else {
             panic!("{built:?}");
         };
         assert_eq!(budget, 2_500_000);
@@ -425,7 +435,16 @@ fn what_cannot_be_resumed() {
             ..resumable(true)
         };
         let result = build_until(&scratch, &points, little, u64::MAX).await;
-        assert!(matches!(result, Err(BuildError::Memory { .. })), "{result:?}");
+        assert!(
+            matches!(
+                result,
+                Err(BuildError::Memory(MemoryShortage {
+                    of: MemoryUse::Tile,
+                    ..
+                }))
+            ),
+            "{result:?}"
+        );
 
         // Points are not wanted twice.
         let scratch = Scratch::new();

@@ -6,10 +6,9 @@
 
 use crate::mesh::NONE;
 use crate::pipeline::records::Anchor;
+use crate::pipeline::records::OpenSide;
 use crate::store::components::joined;
 use crate::store::{CoreDraft, EdgeSource};
-
-use crate::pipeline::records::OpenSide;
 
 /// The components of a core, open ones first.
 #[derive(Clone, Debug, Default, PartialEq)]

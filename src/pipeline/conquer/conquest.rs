@@ -14,9 +14,11 @@ use crate::constraints::segments::cells::segments_of_leaves;
 use crate::geometry::{Point, Rect};
 use crate::input::MissingZ;
 use crate::io::Buffers;
-use crate::pipeline::conquer::constrain::deferral::Deferral;
-use crate::pipeline::conquer::constrain::{Crossed, Final, Overlaps, Refusal};
+use crate::memory::{HELD_WORK_BYTES, MemoryPlan, MemoryUse, SEAM_WORK_BYTES};
+use crate::pipeline::conquer::constrain::Final;
+use crate::pipeline::conquer::constrain::refusal::{Crossed, Overlaps, Refusal};
 use crate::pipeline::conquer::crossings::{LeafLines, in_leaves};
+use crate::pipeline::conquer::deferral::Deferral;
 use crate::pipeline::conquer::growth::SeamGrowth;
 use crate::pipeline::conquer::leaf::{LeafError, LeafInput, LeafRules, conquer, first_duplicate};
 use crate::pipeline::conquer::merge::merge;
@@ -25,11 +27,10 @@ use crate::pipeline::conquer::schedule::{BlockPoints, Board, Place, Task};
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::divide::{Division, divide};
 use crate::pipeline::ingest::missing_z::{Firsts, FoundWithoutZ};
-use crate::pipeline::memory::{HELD_WORK_BYTES, SEAM_WORK_BYTES, most_sources, sources_memory};
 use crate::pipeline::options::{BuildOptions, Duplicates, Phase};
 use crate::pipeline::output::border_log::BorderLog;
 use crate::pipeline::output::ordered::{Closed, Ordered};
-use crate::pipeline::output::writer::{Extent, Sender};
+use crate::pipeline::output::writer::{Sender, ToWrite};
 use crate::pipeline::records::{BlockFound, DoneEdge, GENERATION, Nexts, Pending, Seam, TileState};
 use crate::pipeline::resume::journal::FinishedBlock;
 use crate::pipeline::summary::LevelSummary;
@@ -38,7 +39,8 @@ use crate::store::{MAX_TILES, TileId};
 /// Conquers leaves and merges seams.
 pub(crate) struct Conquest {
     pub(crate) board: Board,
-    pub(crate) options: BuildOptions,
+    pub(crate) options: Arc<BuildOptions>,
+    pub(crate) memory: MemoryPlan,
     /// The folder that the border log is spilled to.
     pub(crate) spill: PathBuf,
     pub(crate) log: Mutex<BorderLog>,
@@ -112,7 +114,7 @@ impl Conquest {
             self.options.engine.create(),
             self.buffers.clone(),
             Arc::clone(&self.deferral),
-            most_sources(&self.options),
+            self.memory.most_sources(),
         );
         while let Some(task) = self.board.take() {
             let done = match task {
@@ -378,11 +380,9 @@ impl Conquest {
                 self.board.only_divide();
             }
             LeafError::Refused(Refusal::Overlaps(Overlaps { sources, place })) => {
-                self.fail(BuildError::Overlaps {
-                    point: place,
-                    needed: sources_memory(&self.options, sources),
-                    budget: self.options.memory,
-                });
+                let needed = self.memory.sources_memory(sources);
+                let overlaps = MemoryUse::Overlaps { point: place };
+                self.fail(self.memory.shortage_of_rest(overlaps, needed).into());
             }
             LeafError::OpenRing(source) => {
                 self.fail(BuildError::OpenRing {
@@ -432,7 +432,7 @@ impl Conquest {
                 cores: Vec::new(),
                 chunks,
             };
-            let finished = Extent::Finished(Box::new((finished, seam.clone())));
+            let finished = ToWrite::Finished(Box::new((finished, seam.clone())));
             sender.blocking_send(finished).map_err(|_| Closed)?;
         }
         let below = seam.below;
@@ -442,7 +442,7 @@ impl Conquest {
         if seam_vertices > 0 {
             found.growth.observe(below, seam_vertices);
         }
-        let budget = self.options.memory;
+        let budget = self.memory.rest();
         let blocks = if load.blocks_in_memory {
             self.limits.block_bytes
         } else {
@@ -464,12 +464,10 @@ impl Conquest {
             self.fail(if held > now / 2 {
                 // All cells will have as many as those that are done.
                 let share = self.limits.points as f64 / points_done.max(1) as f64;
-                BuildError::Held {
-                    needed: ((now as f64 * share) as u64).max(now),
-                    budget,
-                }
+                let needed = ((now as f64 * share) as u64).max(now);
+                self.memory.shortage_of_rest(MemoryUse::Held, needed).into()
             } else {
-                BuildError::Seams { needed, budget }
+                self.memory.shortage_of_rest(MemoryUse::Seams, needed).into()
             });
         }
         Ok(())

@@ -2,13 +2,14 @@
 
 use crate::collections::bucket_sort::bucket_sort;
 use crate::constraints::seeds::Seeds;
-use crate::constraints::segments::segment::Segment;
+use crate::constraints::segment::Segment;
 use crate::geometry::{MortonSquare, Point, Rect};
 use crate::input::SiteId;
 use crate::mesh::NONE;
 use crate::mesh::vertex_index::VertexIndex;
 use crate::pipeline::conquer::components::Components;
-use crate::pipeline::conquer::constrain::{Refusal, constrain_leaf};
+use crate::pipeline::conquer::constrain::constrain_leaf;
+use crate::pipeline::conquer::constrain::refusal::Refusal;
 use crate::pipeline::conquer::node::{Fate, Workspace};
 use crate::pipeline::ingest::point_store::{Attributes, Item};
 use crate::pipeline::options::DuplicateRule;

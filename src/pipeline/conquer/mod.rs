@@ -4,6 +4,7 @@ pub(crate) mod components;
 pub(super) mod conquest;
 pub(super) mod constrain;
 mod crossings;
+pub(super) mod deferral;
 mod growth;
 pub(super) mod leaf;
 mod merge;

@@ -9,6 +9,7 @@ use std::ops::Range;
 use parking_lot::Mutex;
 
 use crate::io::Buffers;
+pub(crate) use crate::memory::shortage::MemoryUse;
 use crate::pipeline::conquer::conquest::Conquest;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::finish::border::{Border, TileRegions, assemble};
@@ -16,7 +17,7 @@ use crate::pipeline::finish::border_mesh::BorderMesh;
 use crate::pipeline::finish::regions::{RegionFinder, Regions, TileLinks};
 use crate::pipeline::output::border_log::{BorderLog, GroupBorders};
 use crate::pipeline::output::ordered::{Closed, Ordered};
-use crate::pipeline::output::writer::{Extent, Sender};
+use crate::pipeline::output::writer::{Sender, ToWrite};
 use crate::pipeline::records::{GENERATION, Nexts, TileState};
 use crate::pipeline::threads::on_threads;
 use crate::store::{Component, TileId, by_tile};
@@ -64,7 +65,7 @@ pub(crate) fn write_borders(
             }),
     );
     let borders = Ordered::new(0, 2 * threads as u32, |_, border| {
-        sender.blocking_send(Extent::Border(border)).map_err(|_| Closed)
+        sender.blocking_send(ToWrite::Border(border)).map_err(|_| Closed)
     });
     for number in 0..log.group_count() {
         let _span = tracing::debug_span!("borders", group = number).entered();
@@ -194,10 +195,10 @@ fn find_regions(
 ) -> Result<Regions, BuildError> {
     let late = log.triangle_count();
     let open: u64 = tiles.iter().map(|tile| u64::from(tile.open_components)).sum();
-    let (needed, budget) = (RegionFinder::BYTES * (late + open), conquest.options.memory);
+    let (needed, budget) = (RegionFinder::BYTES * (late + open), conquest.memory.rest());
     let finder = RegionFinder::new(late, tiles, conquest.holes).filter(|_| needed <= budget);
     let Some(mut finder) = finder else {
-        return Err(BuildError::Regions { needed, budget });
+        return Err(conquest.memory.shortage_of_rest(MemoryUse::Regions, needed).into());
     };
     // The first groups need not be read again, as long as there is memory for them.
     let (mut kept_bytes, room) = (0, (budget - needed) / 2);

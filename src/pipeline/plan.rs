@@ -1,6 +1,7 @@
 //! The blocks that conquest goes by.
 
-use crate::pipeline::ingest::spill::run::Run;
+use std::path::{Path, PathBuf};
+
 use crate::store::{KdNode, KdTree, TileId};
 
 /// A part of the plane whose points fit in memory.
@@ -46,4 +47,26 @@ impl Plan {
             ..Self::default()
         }
     }
+}
+
+/// A finished run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Run {
+    /// Its number, which is in the name of its file.
+    pub(crate) number: u32,
+    pub(crate) points: u64,
+    /// Bytes of the file.
+    pub(crate) length: u64,
+}
+
+impl Run {
+    /// The file of the run in the work folder.
+    pub(crate) fn path(&self, folder: &Path) -> PathBuf {
+        path_of_run(folder, self.number)
+    }
+}
+
+/// The file of a run by its number.
+pub(crate) fn path_of_run(folder: &Path, number: u32) -> PathBuf {
+    folder.join(format!("run-{number}"))
 }

@@ -8,12 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use parking_lot::Mutex;
 
-use crate::constraints::segments::segment::Segment;
-use crate::pipeline::memory::HELD_WORK_BYTES;
+use crate::constraints::segment::Segment;
 use crate::store::EdgeSource;
-
-/// Bytes that held triangles take at most.
-const MOST: u64 = 128 << 20;
 
 type Key = ([[u64; 2]; 2], EdgeSource);
 
@@ -27,13 +23,10 @@ pub(crate) struct Deferral {
 }
 
 impl Deferral {
-    /// Within so many bytes of memory for all that a build does.
-    pub(crate) fn new(memory: u64) -> Self {
-        // A quarter of the memory for a node, and a merge may have many leaves below. However much memory there is, beyond a point an edit
-        // takes less time for a segment than nodes that hold its triangles up to the root (tried with 1,000 segments across 1 million points).
-        let all = ((memory / 4).min(MOST) / HELD_WORK_BYTES) as usize;
+    /// With limits of the triangles that may be held in a leaf, and in a node above.
+    pub(crate) fn new(limits: [usize; 2]) -> Self {
         Self {
-            limits: [all / 32, all / 2],
+            limits,
             any: AtomicBool::new(false),
             segments: Mutex::default(),
         }
