@@ -1,4 +1,4 @@
-//! What kinds of points are made from.
+//! What all distributions are.
 
 /// An endless, or long enough, sequence of points.
 pub(crate) trait Source {

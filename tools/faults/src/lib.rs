@@ -24,8 +24,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 use libc::{mode_t, off64_t, pthread_attr_t, pthread_t, size_t, ssize_t};
-
-use crate::real::StartRoutine;
+use real::StartRoutine;
 
 static CALLS: AtomicU64 = AtomicU64::new(0);
 static IS_DONE: AtomicBool = AtomicBool::new(false);

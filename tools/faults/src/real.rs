@@ -1,11 +1,11 @@
-//! The functions of the C library.
+//! The functions of the C library that the others stand in for.
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
 use std::sync::OnceLock;
 
 use libc::{mode_t, off64_t, pthread_attr_t, pthread_t, size_t, ssize_t};
 
-/// What a thread begins with.
+/// What a thread runs.
 pub type StartRoutine = extern "C" fn(*mut c_void) -> *mut c_void;
 
 macro_rules! real {
