@@ -6,8 +6,8 @@ use crate::geometry::{Point, Rect};
 use crate::io::{Buffers, MemoryFile};
 use crate::mesh::Twin;
 use crate::store::{
-    BorderDraft, CoreDraft, Directory, KdNode, KdTree, Metadata, OpenOptions, Source, TileEntry, TileId, TileWriter,
-    VertexId,
+    BorderDraft, CoreDraft, Directory, KdNode, KdTree, Metadata, OpenOptions, Source, TileEntry, TileId, TileReader,
+    TileWriter, VertexId,
 };
 
 /// Two tiles and one triangle across them: vertices 0:0 and 0:1, and 1:0. Each test makes a piece of it wrong.

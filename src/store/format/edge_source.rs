@@ -134,6 +134,18 @@ impl fmt::Debug for EdgeSource {
     }
 }
 
+#[cfg(feature = "serde")]
+impl serde::Serialize for EdgeSource {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        use serde::ser::SerializeStruct;
+        let mut source = serializer.serialize_struct("EdgeSource", 3)?;
+        source.serialize_field("kind", &self.kind().to_string())?;
+        source.serialize_field("number", &self.number())?;
+        source.serialize_field("depth_change", &self.depth_change())?;
+        source.end()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

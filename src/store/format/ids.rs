@@ -7,6 +7,7 @@ pub(crate) const MAX_TILE_VERTICES: usize = 1 << 18;
 
 /// The number of a tile: its place in the leaf order of the k-d tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct TileId(pub u32);
 
 impl fmt::Display for TileId {
@@ -17,6 +18,7 @@ impl fmt::Display for TileId {
 
 /// A vertex of the file: its tile, and its place there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct VertexId {
     /// The tile that owns the vertex.
     pub tile: TileId,

@@ -31,6 +31,7 @@ pub use topology::Across;
 
 /// A vertex: its number, and where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Vertex {
     /// Its number.
     pub id: VertexId,
