@@ -366,7 +366,7 @@ impl Disk {
         let [core, border]: [Bytes; 2] = read
             .try_into()
             .map_err(|_| self.cannot("read", io::ErrorKind::Other.into()))?;
-        Tile::open(id, &entry, &core, &border).map_err(damaged)
+        Tile::open(id, &entry, &core, &border).map_err(|damage| damaged(damage.into()))
     }
 
     async fn load(self: Arc<Self>, id: TileId) -> Result<Arc<EditTile>, EditError> {
