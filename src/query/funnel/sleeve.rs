@@ -15,7 +15,7 @@ use crate::geometry::{HalfEdge, Point, orient2d};
 use crate::query::answer::WayPoint;
 use crate::query::edges::{Node, Within, is_put_in, sector, wedge};
 use crate::query::free_space::{Beyond, Ground, Wedge};
-use crate::query::request::{Contradiction, QueryError, Tiles, side_towards};
+use crate::query::request::{Contradiction, QueryError, Tiles};
 use crate::store::{Tile, VertexId};
 
 /// A part of a way that runs through triangles, and so can be pulled taut; without portals it is straight.
@@ -336,8 +336,6 @@ fn beside(ground: Ground<'_>, vertex: u32, end: VertexId, on_right: bool) -> Res
     if !on_right {
         return right_at(ground, vertex, end);
     }
-    Ok(match side_towards(ground.tile, vertex, end)? {
-        Some(back) => Some(Wedge::Triangle(back.next())),
-        None => ground.outside_is_free.then_some(Wedge::Outside),
-    })
+    let wedge = ground.right_of_edge(vertex, end)?;
+    Ok(wedge.or(ground.outside_is_free.then_some(Wedge::Outside)))
 }
