@@ -1,11 +1,18 @@
 //! Lengths, and what rounding makes of them.
 
-use crate::geometry::Point;
+use crate::geometry::{Point, Rect};
 
 /// The distance between two points. Its error is below two units in the last place.
 #[inline]
 pub(crate) fn distance(a: Point, b: Point) -> f64 {
     let (dx, dy) = (b.x - a.x, b.y - a.y);
+    (dx * dx + dy * dy).sqrt()
+}
+
+/// How far a rectangle is, computed so that rounding makes it no farther than any point in it.
+pub(crate) fn distance_to_rect(at: Point, rect: Rect) -> f64 {
+    let gap = |v: f64, min: f64, max: f64| (min - v).max(v - max).max(0.0);
+    let (dx, dy) = (gap(at.x, rect.min_x, rect.max_x), gap(at.y, rect.min_y, rect.max_y));
     (dx * dx + dy * dy).sqrt()
 }
 

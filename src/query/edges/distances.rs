@@ -9,6 +9,7 @@ use foldhash::HashSet;
 
 use super::corner::PUT_IN;
 use super::run::EdgeRun;
+use crate::collections::keyed::Keyed;
 use crate::geometry::Point;
 use crate::query::answer::{Distance, SiteFound};
 use crate::query::free_space::Place;
@@ -81,34 +82,8 @@ impl Vertices {
 pub(crate) struct SitesAlongEdges {
     pub(crate) vertices: Vertices,
     met: HashSet<VertexId>,
-    /// Those that were met, by length and number, until no other can be as near.
-    ready: BinaryHeap<Reverse<Ready>>,
-}
-
-struct Ready {
-    key: (u64, u64),
-    site: SiteFound,
-    node: u32,
-}
-
-impl PartialEq for Ready {
-    fn eq(&self, other: &Self) -> bool {
-        self.key == other.key
-    }
-}
-
-impl Eq for Ready {}
-
-impl PartialOrd for Ready {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Ready {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.key.cmp(&other.key)
-    }
+    /// Those that were met, with their nodes, by length and number, until no other can be as near.
+    ready: BinaryHeap<Reverse<Keyed<(u64, u64), (SiteFound, u32)>>>,
 }
 
 impl SitesAlongEdges {
@@ -132,27 +107,27 @@ impl SitesAlongEdges {
             let front = self.vertices.run.search.front();
             let nearest = self.ready.peek().map(|ready| f64::from_bits(ready.0.key.0));
             if nearest.is_some_and(|nearest| nearest < front) {
-                return Ok(self.ready.pop().map(|Reverse(ready)| (ready.site, ready.node)));
+                return Ok(self.ready.pop().map(|Reverse(ready)| ready.value));
             }
             let found = self.vertices.next().await;
             let at_least = nearest.unwrap_or(front);
             let Some((found, node)) = found.map_err(|error| error.at_least(at_least))? else {
-                return Ok(self.ready.pop().map(|Reverse(ready)| (ready.site, ready.node)));
+                return Ok(self.ready.pop().map(|Reverse(ready)| ready.value));
             };
             if !self.met.insert(found.vertex.id) {
                 continue;
             }
             for site in self.vertices.run.tile().sites_at(found.vertex.id.index) {
-                self.ready.push(Reverse(Ready {
+                let found = SiteFound {
+                    number: site.number,
+                    id: site.id.map(str::to_owned),
+                    vertex: found.vertex,
+                    distance: found.distance,
+                    path: None,
+                };
+                self.ready.push(Reverse(Keyed {
                     key: (found.distance.value.to_bits(), site.number),
-                    site: SiteFound {
-                        number: site.number,
-                        id: site.id.map(str::to_owned),
-                        vertex: found.vertex,
-                        distance: found.distance,
-                        path: None,
-                    },
-                    node,
+                    value: (found, node),
                 }));
             }
         }

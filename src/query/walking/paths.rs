@@ -92,14 +92,7 @@ impl TileReader {
             for &point in &to {
                 places.push(Place::find(&mut tiles, point).await?);
             }
-            let source = Place::find(&mut tiles, from).await?;
-            if !source.is_free {
-                let nearest_free = source.nearest_free(&mut tiles).await?;
-                return Err(QueryError::InsideObstacle {
-                    point: from,
-                    nearest_free,
-                });
-            }
+            let source = Place::find_free(&mut tiles, from).await?;
             let goal = Goal::Places(Places::new(&places));
             let run = Run::start(tiles, source, goal, f64::INFINITY, options).await?;
             Ok((run, places))

@@ -13,6 +13,7 @@ use futures::stream::Stream;
 use futures::{StreamExt, TryStreamExt};
 
 use crate::geometry::{Point, Rect};
+use crate::query::answer::distance::distance_to_rect;
 use crate::query::answer::{PathOutcome, SiteFound};
 use crate::query::request::{Mode, QueryError, QueryOptions, unfold};
 use crate::query::walking::fast;
@@ -41,12 +42,6 @@ pub enum Progress<T> {
     },
     /// The exact one, which comes last.
     Exact(T),
-}
-
-/// At most the distance of a point from anything in a rectangle.
-fn gap(at: Point, rect: Rect) -> f64 {
-    let gap = |v: f64, min: f64, max: f64| (min - v).max(v - max).max(0.0);
-    gap(at.x, rect.min_x, rect.max_x).hypot(gap(at.y, rect.min_y, rect.max_y))
 }
 
 /// How many tiles have a cell for which something is at most `limit`.
@@ -106,7 +101,11 @@ impl Asked<[Point; 2]> {
                 let options = self.options.clone().mode(Mode::Fast);
                 let (answer, took) = self.reader.path_counted(from, to, options).await?;
                 let directory = self.reader.directory();
-                let around = |limit| tiles_within(directory, limit, |cell| gap(from, cell) + gap(to, cell));
+                let around = |limit| {
+                    tiles_within(directory, limit, |cell| {
+                        distance_to_rect(from, cell) + distance_to_rect(to, cell)
+                    })
+                };
                 let tiles = match &answer {
                     PathOutcome::Found(path) => around(path.distance.upper),
                     PathOutcome::Unreachable => around(f64::INFINITY),
@@ -138,7 +137,7 @@ impl Asked<(Point, usize)> {
                 // As many are as near as the farthest of these.
                 let farthest = answer.iter().map(|site| site.distance.upper).fold(0.0, f64::max);
                 let limit = if answer.len() < count { f64::INFINITY } else { farthest };
-                let tiles = tiles_within(self.reader.directory(), limit, |cell| gap(at, cell));
+                let tiles = tiles_within(self.reader.directory(), limit, |cell| distance_to_rect(at, cell));
                 self.stage = Stage::Exact;
                 Progress::Fast {
                     answer,
