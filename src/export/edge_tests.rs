@@ -13,11 +13,7 @@ use crate::store::{OpenOptions, TileReader};
 async fn built(segments: &[[Point; 2]]) -> TileReader {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("lines.tiles");
-    let options = BuildOptions {
-        tile_vertices: 8,
-        threads: 1,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default().tile_vertices(8).threads(1);
     let mut builder = Builder::new(&path, options).unwrap();
     builder.push_segments(segments).unwrap();
     builder.finish().await.unwrap();

@@ -28,11 +28,7 @@ fn is_hole(tile: &Tile, triangle: u32) -> bool {
 async fn with_holes(tile_vertices: usize, hole_triangles: u64) -> TileReader {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("grid.tiles");
-    let options = BuildOptions {
-        tile_vertices,
-        threads: 1,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default().tile_vertices(tile_vertices).threads(1);
     let points = (0..WIDTH * WIDTH).map(|i| Point::new(f64::from(i % WIDTH), f64::from(i / WIDTH)));
     let mut builder = Builder::new(&path, options).unwrap();
     let batch = PointBatch {

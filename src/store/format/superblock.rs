@@ -1,7 +1,7 @@
 //! The two superblocks at the start of a tile file.
 //!
 //! Both have the same layout; the valid one of the higher generation wins. Their bytes are written down in
-//! `schema/FORMAT.md`, and `tests/format` holds this file to that page.
+//! `schema/FORMAT.md`, and `tests/library/format` holds this file to that page.
 
 use std::fmt;
 

@@ -29,11 +29,9 @@ impl Scene {
     async fn tiles(&self) -> Vec<Tile> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scene.tiles");
-        let options = BuildOptions {
-            tile_vertices: self.tile_vertices,
-            exterior_is_hole: self.exterior_is_hole,
-            ..BuildOptions::default()
-        };
+        let options = BuildOptions::default()
+            .tile_vertices(self.tile_vertices)
+            .exterior_is_hole(self.exterior_is_hole);
         let mut builder = Builder::new(&path, options).unwrap();
         let points: Vec<Point> = (0..self.width * self.width).map(|i| self.point(i)).collect();
         for &(number, is_upright) in &self.walls {

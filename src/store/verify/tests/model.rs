@@ -119,12 +119,10 @@ impl Model {
     ) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("right.tiles");
-        let options = BuildOptions {
-            tile_vertices,
-            threads: 1,
-            missing_z: MissingZ::Zero,
-            ..BuildOptions::default()
-        };
+        let options = BuildOptions::default()
+            .tile_vertices(tile_vertices)
+            .threads(1)
+            .missing_z(MissingZ::Zero);
         run(async {
             let mut builder = Builder::new(&path, options).unwrap();
             for (ends, source) in lines {
