@@ -16,6 +16,8 @@ use crate::query::answer::distance::distance_to_rect;
 use crate::store::{KdNode, Tile, TileId, TileReader, Vertex};
 
 /// A vertex or a site, by Euclidean distance.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Near {
@@ -126,9 +128,12 @@ impl Search {
     }
 }
 
+/// What is nearest as the crow flies.
 impl TileReader {
     /// The vertices by their Euclidean distance from a point, the nearest first; of equally distant ones the first by number.
     /// Ends and limits as [`nearest_sites`](Self::nearest_sites), but obstacles are none.
+    ///
+    /// [Examples](crate::query#examples).
     pub fn vertices_by_air(
         &self,
         at: Point,
@@ -138,6 +143,8 @@ impl TileReader {
     }
 
     /// The sites by their Euclidean distance from a point; otherwise as [`vertices_by_air`](Self::vertices_by_air).
+    ///
+    /// [Examples](crate::query#examples).
     pub fn sites_by_air(
         &self,
         at: Point,

@@ -17,6 +17,8 @@ pub(crate) fn distance_to_rect(at: Point, rect: Rect) -> f64 {
 }
 
 /// A length, with bounds of the true one.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Distance {

@@ -5,6 +5,8 @@ use crate::geometry::Point;
 use crate::store::{EdgeSource, Vertex, VertexId};
 
 /// A shortest path.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Path {
@@ -19,6 +21,8 @@ pub struct Path {
 }
 
 /// A bend of a path.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Bend {
@@ -36,6 +40,8 @@ pub struct Bend {
 pub(crate) type WayPoint = (Point, Option<VertexId>);
 
 /// How a question for a path ends.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum PathOutcome {

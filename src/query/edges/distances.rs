@@ -17,6 +17,8 @@ use crate::query::request::{QueryError, QueryOptions, Tiles, unfold};
 use crate::store::{TileReader, Vertex, VertexId};
 
 /// A shortest way along edges.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct CdtPath {
@@ -29,6 +31,8 @@ pub struct CdtPath {
 }
 
 /// A vertex in one of its sectors, by CDT distance.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct CdtVertex {
@@ -78,12 +82,15 @@ impl Vertices {
     }
 }
 
+/// A site, with its node, by length and number.
+type Ready = Keyed<(u64, u64), (SiteFound, u32)>;
+
 /// A stream of sites.
 pub(crate) struct SitesAlongEdges {
     pub(crate) vertices: Vertices,
     met: HashSet<VertexId>,
     /// Those that were met, with their nodes, by length and number, until no other can be as near.
-    ready: BinaryHeap<Reverse<Keyed<(u64, u64), (SiteFound, u32)>>>,
+    ready: BinaryHeap<Reverse<Ready>>,
 }
 
 impl SitesAlongEdges {
@@ -144,12 +151,15 @@ impl Vertices {
     }
 }
 
+/// Distances along edges of the triangulation.
 impl TileReader {
     /// The CDT distance between two points: the length of a shortest way along edges of the triangulation that one may walk along, with
     /// both points among the vertices, and that way. None if no way leads from one to the other.
     ///
     /// It is at least the walking distance, and less than 2.42 times that (Bose and Keil 2006). An end that is no vertex is put in
     /// for this query; nothing is written. A point outside the hull is joined to the vertices of the hull that it sees.
+    ///
+    /// [Examples](crate::query#examples).
     ///
     /// # Errors
     /// [`BreakLines`](QueryError::BreakLines) if the file has any, [`InsideObstacle`](QueryError::InsideObstacle) if an end lies
@@ -184,6 +194,8 @@ impl TileReader {
     /// tree. Vertices that are equally far away come by their coordinates.
     ///
     /// Ends and limits as [`nearest_sites`](Self::nearest_sites); and it ends with an error if the file has break lines.
+    ///
+    /// [Examples](crate::query#examples).
     pub fn vertices_by_cdt_distance(
         &self,
         from: Point,
@@ -203,6 +215,8 @@ impl TileReader {
     /// The sites by [CDT distance](Self::cdt_distance) from a point; equally far ones by number. Their paths are none, and their
     /// distances those along edges, with the bounds of these. Ends and limits as
     /// [`vertices_by_cdt_distance`](Self::vertices_by_cdt_distance).
+    ///
+    /// [Examples](crate::query#examples).
     pub fn sites_by_cdt_distance(
         &self,
         from: Point,

@@ -307,14 +307,13 @@ impl Piece {
         };
         let tile = tiles.get(vertex.tile).await?;
         if vertex.index >= tile.vertex_count() {
-            let reason = Contradiction::NoVertex(vertex.index);
-            return Err(tiles.damaged(vertex.tile, reason));
+            return Err(tiles.damaged(vertex.tile, Contradiction::NoVertex(vertex.index)));
         }
         let ground = Ground::of(tiles, &tile);
         let wedges =
             [(enter, is_left), (leave, !is_left)].map(|(end, on_right)| beside(ground, vertex.index, end, on_right));
-        let damaged = |reason| tiles.damaged(tile.id(), reason);
-        let [Some(come), Some(go)] = [wedges[0].clone().map_err(damaged)?, wedges[1].clone().map_err(damaged)?] else {
+        let [come, go] = wedges.map(|wedge| tiles.checked(tile.id(), wedge));
+        let (Some(come), Some(go)) = (come?, go?) else {
             return Ok(None);
         };
         let pass = Pass {

@@ -6,6 +6,8 @@ use crate::geometry::Point;
 use crate::store::ReadError;
 
 /// Why a query has no answer.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum QueryError {

@@ -12,14 +12,16 @@ use std::time::{Duration, Instant};
 use futures::stream::Stream;
 use futures::{StreamExt, TryStreamExt};
 
+use super::fast;
 use crate::geometry::{Point, Rect};
 use crate::query::answer::distance::distance_to_rect;
 use crate::query::answer::{PathOutcome, SiteFound};
 use crate::query::request::{Mode, QueryError, QueryOptions, unfold};
-use crate::query::walking::fast;
 use crate::store::{Directory, KdNode, TileReader};
 
 /// What an answer is expected to cost.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Cost {
@@ -30,6 +32,8 @@ pub struct Cost {
 }
 
 /// An answer on the way.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Progress<T> {
@@ -154,12 +158,15 @@ impl Asked<(Point, usize)> {
     }
 }
 
+/// Answers at once, and exact ones when they are ready.
 impl TileReader {
     /// A path between two points: first that of mode [`Fast`](Mode::Fast), with its bounds and what the exact one is expected to cost,
     /// then the exact one. Who has no use for that drops the stream. The options' limits hold for each of the two, and the mode they
     /// name for none.
     ///
     /// The stream ends with an error where [`shortest_path`](Self::shortest_path) fails.
+    ///
+    /// [Examples](crate::query#examples).
     pub fn shortest_path_progressive(
         &self,
         from: Point,
@@ -179,6 +186,8 @@ impl TileReader {
 
     /// The `count` nearest sites: first those of mode [`Fast`](Mode::Fast), with their bounds and what the exact answer is expected to
     /// cost, then the exact ones; otherwise as [`shortest_path_progressive`](Self::shortest_path_progressive).
+    ///
+    /// [Examples](crate::query#examples).
     pub fn nearest_sites_progressive(
         &self,
         at: Point,
