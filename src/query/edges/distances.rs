@@ -7,7 +7,7 @@ use futures::stream::Stream;
 
 use foldhash::HashSet;
 
-use super::corner::PUT_IN;
+use super::corner::End;
 use super::run::EdgeRun;
 use crate::collections::keyed::Keyed;
 use crate::geometry::Point;
@@ -62,17 +62,16 @@ impl Vertices {
             let node = *self.run.node(number);
             let before = node.parent.and_then(|parent| self.legs.get(parent as usize));
             self.legs.push(before.map_or(0, |legs| legs + 1));
-            if node.vertex.tile == PUT_IN {
+            let Some(id) = node.vertex.vertex() else {
                 self.put_in += 1;
                 continue;
-            }
+            };
             let parent = node.parent.and_then(|parent| parent.checked_sub(self.put_in));
             let found = CdtVertex {
-                vertex: Vertex {
-                    id: node.vertex,
-                    point: node.point,
-                },
-                sector: (node.sector != node.vertex).then_some(node.sector),
+                vertex: Vertex { id, point: node.point },
+                sector: Some(node.sector)
+                    .filter(|&sector| sector != node.vertex)
+                    .and_then(End::vertex),
                 distance: Distance::of_legs(node.length, self.legs[number as usize] as usize),
                 parent: parent.map(u64::from),
             };
@@ -182,11 +181,10 @@ impl TileReader {
         if let [only] = way[..] {
             way.push(only);
         }
-        let vertex = |vertex: VertexId| (vertex.tile != PUT_IN).then_some(vertex);
         Ok(Some(CdtPath {
             distance: Distance::of_legs(run.node(node).length, way.len() - 1),
             points: way.iter().map(|node| node.point).collect(),
-            vertices: way.iter().map(|node| vertex(node.vertex)).collect(),
+            vertices: way.iter().map(|node| node.vertex.vertex()).collect(),
         }))
     }
 

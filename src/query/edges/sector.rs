@@ -1,9 +1,8 @@
 //! The sectors of vertices, by the vertices beside them.
 
-use super::corner::Within;
+use super::corner::{End, Within};
 use crate::query::free_space::{Ground, Wedge};
 use crate::query::request::Contradiction;
-use crate::store::VertexId;
 
 /// The wedge of a vertex of the tile that is named by a vertex on its left.
 pub(crate) fn wedge(ground: Ground<'_>, vertex: u32, within: Within) -> Result<Wedge, Contradiction> {
@@ -16,12 +15,12 @@ pub(crate) fn wedge(ground: Ground<'_>, vertex: u32, within: Within) -> Result<W
 }
 
 /// The name of the sector of a wedge, and its wedges from the right to the left.
-pub(crate) fn sector(ground: Ground<'_>, vertex: u32, wedge: Wedge) -> Result<(VertexId, Vec<Wedge>), Contradiction> {
+pub(crate) fn sector(ground: Ground<'_>, vertex: u32, wedge: Wedge) -> Result<(End, Vec<Wedge>), Contradiction> {
     let (wedges, is_whole) = ground.sector(vertex, wedge)?;
     let name = if is_whole {
         vertex
     } else {
         ground.neighbours(vertex, wedges[0])?[0]
     };
-    Ok((ground.tile.vertex(name).id, wedges))
+    Ok((ground.tile.vertex(name).id.into(), wedges))
 }
