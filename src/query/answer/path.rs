@@ -57,3 +57,41 @@ pub enum PathOutcome {
         nearest_free: Option<Point>,
     },
 }
+
+#[cfg(all(test, feature = "serde"))]
+mod tests {
+    use super::*;
+    use crate::store::{LineKind, TileId};
+
+    #[test]
+    fn a_path_serialises_with_what_it_bends_around() {
+        let id = VertexId {
+            tile: TileId(2),
+            index: 3,
+        };
+        let vertex = Vertex {
+            id,
+            point: Point::new(3.0, 4.0),
+        };
+        let path = Path {
+            distance: Distance::of_legs(5.0, 1),
+            points: vec![Point::new(0.0, 0.0), vertex.point],
+            bends: vec![Bend {
+                vertex,
+                turns_left: true,
+                edge_to: None,
+                sources: vec![EdgeSource::new(LineKind::Obstacle, 7)],
+            }],
+            is_certified: false,
+        };
+        let json = serde_json::to_value(PathOutcome::Found(path)).unwrap();
+        let bend = &json["Found"]["bends"][0];
+        assert_eq!(json["Found"]["points"][1]["y"], 4.0);
+        assert_eq!(bend["vertex"]["id"]["tile"], 2);
+        assert_eq!(bend["sources"][0]["kind"], "obstacle");
+        assert_eq!(
+            (&bend["sources"][0]["number"], &bend["sources"][0]["depth_change"]),
+            (&7.into(), &1.into())
+        );
+    }
+}
