@@ -7,9 +7,10 @@
 use foldhash::HashMap;
 
 use crate::geometry::{HalfEdge, Orientation, Point, orient2d, segment_meets};
+use crate::mesh::{Topology, Twin};
 use crate::query::answer::distance;
 use crate::query::request::{QueryError, Tiles, key};
-use crate::store::{Across, Tile, TileId};
+use crate::store::{Tile, TileId};
 
 /// A line from a point to another one.
 #[derive(Clone, Copy, Debug)]
@@ -184,7 +185,7 @@ impl Line {
         }
         if let Some(s) = along {
             let side = HalfEdge::new(triangle, s as u32);
-            let is_on_hull = tile.across(side.0) == Across::Hull;
+            let is_on_hull = tile.twin(side) == Twin::Hull;
             if is_on_hull && outside_is_free {
                 let edge = middle(&[side, side.next()].map(|side| tile.corner(tile.origin(side.0))));
                 let mirrored = Point::new(2.0 * edge.x - inside.x, 2.0 * edge.y - inside.y);

@@ -10,10 +10,11 @@ use foldhash::{HashSet, HashSetExt};
 
 use super::obstacles::ObstacleEdge;
 use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::mesh::{Topology, Twin};
 use crate::query::answer::distance;
 use crate::query::free_space::{Ground, Place, Spot, Wedge, nearest_on};
 use crate::query::request::{Contradiction, QueryError, Tiles};
-use crate::store::{Across, Tile, TileId, Vertex, VertexId};
+use crate::store::{Tile, TileId, Vertex, VertexId};
 
 /// What things are near to.
 #[derive(Clone, Copy, Debug)]
@@ -175,10 +176,10 @@ impl Nearby {
 
     /// Enters what lies beyond a side, and says whether it is free.
     async fn enter_beyond(&mut self, tiles: &mut Tiles, tile: &Arc<Tile>, side: HalfEdge) -> Result<bool, QueryError> {
-        let beyond = match tile.across(side.0) {
-            Across::Side(other) => Some((Arc::clone(tile), HalfEdge(other))),
-            Across::Hull => None,
-            Across::Elsewhere => {
+        let beyond = match tile.twin(side) {
+            Twin::HalfEdge(other) => Some((Arc::clone(tile), other)),
+            Twin::Hull => None,
+            Twin::Elsewhere => {
                 let [from, to] = tile.ends(side.0).map(|end| end.id);
                 tiles.side_between(to, from).await?
             }

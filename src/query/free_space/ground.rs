@@ -3,8 +3,9 @@
 //! Walls, and what separates free triangles from holes, *block*.
 
 use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::mesh::{Topology, Twin};
 use crate::query::request::{Contradiction, Tiles};
-use crate::store::{Across, Tile};
+use crate::store::Tile;
 
 /// What lies beyond a side of a free triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,14 +53,12 @@ impl<'t> Ground<'t> {
         if is_constraint && self.tile.is_wall(side.0) {
             return Beyond::Blocked;
         }
-        match self.tile.across(side.0) {
+        match self.tile.twin(side) {
             // Only a constraint separates a hole from what is free.
-            Across::Side(other) if !is_constraint || self.is_free(HalfEdge(other).triangle()) => {
-                Beyond::Side(HalfEdge(other))
-            }
-            Across::Elsewhere => Beyond::Elsewhere,
-            Across::Hull if self.outside_is_free => Beyond::Outside,
-            Across::Side(_) | Across::Hull => Beyond::Blocked,
+            Twin::HalfEdge(other) if !is_constraint || self.is_free(other.triangle()) => Beyond::Side(other),
+            Twin::Elsewhere => Beyond::Elsewhere,
+            Twin::Hull if self.outside_is_free => Beyond::Outside,
+            Twin::HalfEdge(_) | Twin::Hull => Beyond::Blocked,
         }
     }
 

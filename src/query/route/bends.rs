@@ -7,7 +7,7 @@ use crate::query::free_space::{Ground, Place, Wedge};
 use crate::query::request::{Contradiction, QueryError, Tiles, side_towards};
 use crate::store::{EdgeSource, Tile, Vertex};
 
-/// Makes a path of a way from a place to another place or a vertex.
+/// Makes a path of a shortest way from a place to another place or a vertex.
 pub(crate) async fn path(
     tiles: &mut Tiles,
     way: &[WayPoint],
@@ -16,21 +16,11 @@ pub(crate) async fn path(
     is_certified: bool,
 ) -> Result<Path, QueryError> {
     let distance = Distance::of_legs(length, way.len());
-    told(tiles, way, ends, distance, [is_certified, true]).await
+    path_with(tiles, way, ends, distance, [is_certified, true]).await
 }
 
 /// The same with bounds that are known; it need not be a shortest one.
 pub(crate) async fn path_with(
-    tiles: &mut Tiles,
-    way: &[WayPoint],
-    ends: [&Place; 2],
-    distance: Distance,
-    is_certified: bool,
-) -> Result<Path, QueryError> {
-    told(tiles, way, ends, distance, [is_certified, false]).await
-}
-
-async fn told(
     tiles: &mut Tiles,
     way: &[WayPoint],
     ends: [&Place; 2],

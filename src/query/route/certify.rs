@@ -9,7 +9,7 @@ use crate::geometry::Orientation::{Clockwise, Collinear, CounterClockwise};
 use crate::geometry::{HalfEdge, Point, orient2d};
 use crate::query::answer::WayPoint;
 use crate::query::free_space::{Beyond, Ground, Place, Spot, Wedge};
-use crate::query::request::{Contradiction, QueryError, Tiles, side_towards};
+use crate::query::request::{Contradiction, QueryError, Tiles};
 use crate::store::{Tile, VertexId};
 
 /// A wedge of a vertex: that of the triangle on the right of the edge to the vertex `left`, or the outside.
@@ -199,24 +199,11 @@ impl Leg<'_> {
             return Err(Contradiction::NoVertex(vertex));
         }
         let start = match corner.left {
-            None => Wedge::Outside,
-            Some(left) => match side_towards(tile, vertex, left)? {
-                Some(back) => Wedge::Triangle(back.next()),
-                None => return Err(Contradiction::LacksTriangle(vertex)),
-            },
+            None => Some(Wedge::Outside),
+            Some(left) => ground.right_of_edge(vertex, left)?,
         };
-        let mut wedges = vec![start];
-        for leftwards in [true, false] {
-            let mut wedge = start;
-            for _ in 0..=tile.triangle_count() {
-                match ground.beside(vertex, wedge, leftwards)? {
-                    Some(there) if there != start => wedge = there,
-                    _ => break,
-                }
-                wedges.push(wedge);
-            }
-        }
-        Ok(wedges)
+        let start = start.ok_or(Contradiction::LacksTriangle(vertex))?;
+        Ok(ground.sector(vertex, start)?.0)
     }
 
     /// Leaves a vertex by a wedge, if the way leads there.
