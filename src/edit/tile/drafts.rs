@@ -7,7 +7,7 @@ use crate::edit::tile::{BEYOND, EditTile, ON_HULL};
 use crate::geometry::{HalfEdge, PackedHalfEdge, Point, Rect};
 use crate::mesh::{NONE, Twin, next_side};
 use crate::store::format::components::{components, of_core};
-use crate::store::{Across, BorderDraft, Component, CoreDraft, TileEntry, VertexId};
+use crate::store::{BorderDraft, Component, CoreDraft, TileEntry, VertexId};
 
 /// What a tile is when it is written.
 pub(crate) struct Drafts {
@@ -145,8 +145,8 @@ impl EditTile {
         for (side, sources) in self.owned_constraints() {
             let ends = [side, next_side(side)].map(|side| self.origin(side));
             let other = match self.across(side) {
-                Across::Side(other) => other,
-                Across::Hull | Across::Elsewhere => side,
+                Twin::HalfEdge(HalfEdge(other)) => other,
+                Twin::Hull | Twin::Elsewhere => side,
             };
             let [this, other] = [side_now(side), side_now(other)];
             // They are kept as seen from the smaller corner, and written as seen along the smaller side.

@@ -76,7 +76,7 @@ pub(crate) enum Bar {
 
 impl Bar {
     pub(super) fn of(tile: &Tile, side: HalfEdge) -> Self {
-        match (tile.is_constraint(side.0), tile.is_wall(side.0)) {
+        match (tile.is_constraint(side), tile.is_wall(side)) {
             (false, _) => Self::Open,
             (true, false) => Self::Line,
             (true, true) => Self::Wall,

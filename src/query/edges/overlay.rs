@@ -179,7 +179,7 @@ impl Overlay {
         let tile = tiles.get(vertex.tile).await?;
         let side = Ground::of(tiles, &tile).along_hull(vertex.index, forward);
         let side = tiles.checked(vertex.tile, side)?;
-        let [from, to] = tile.ends(side.0).map(|end| Corner {
+        let [from, to] = tile.ends(side).map(|end| Corner {
             vertex: end.id.into(),
             point: end.point,
             within: Within::Outside,

@@ -258,7 +258,7 @@ impl EdgeSearch {
         wedges.sort_by(|a, b| a.0.lex_cmp(b.0));
         for ((_, wedge), turn) in wedges.into_iter().zip(0..) {
             let within = match wedge {
-                Wedge::Triangle(side) => Within::RightOf(ground.tile.vertex(ground.tile.origin(side.prev().0)).id),
+                Wedge::Triangle(side) => Within::RightOf(ground.tile.vertex(ground.tile.origin(side.prev())).id),
                 Wedge::Outside => Within::Outside,
             };
             self.queue.push(Entry {

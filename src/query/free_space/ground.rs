@@ -3,7 +3,7 @@
 //! Walls, and what separates free triangles from holes, *block*.
 
 use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
-use crate::mesh::{Topology, Twin};
+use crate::mesh::Twin;
 use crate::query::request::{Contradiction, Tiles};
 use crate::store::Tile;
 
@@ -38,7 +38,7 @@ impl<'t> Ground<'t> {
     /// Where a corner is.
     #[inline]
     pub(crate) fn point(self, corner: u32) -> Point {
-        self.tile.corner(corner)
+        self.tile.point(corner)
     }
 
     /// Whether a triangle is free.
@@ -49,8 +49,8 @@ impl<'t> Ground<'t> {
     /// What lies beyond a side of a free triangle.
     #[inline]
     pub(crate) fn beyond(self, side: HalfEdge) -> Beyond {
-        let is_constraint = self.tile.is_constraint(side.0);
-        if is_constraint && self.tile.is_wall(side.0) {
+        let is_constraint = self.tile.is_constraint(side);
+        if is_constraint && self.tile.is_wall(side) {
             return Beyond::Blocked;
         }
         match self.tile.twin(side) {
@@ -68,7 +68,7 @@ impl<'t> Ground<'t> {
     /// their order, and to none twice; so it ends.
     #[inline]
     pub(crate) fn check_crossing(self, side: HalfEdge, [from, to]: [Point; 2]) -> Result<(), Contradiction> {
-        let [origin, end, apex] = [side, side.next(), side.prev()].map(|side| self.point(self.tile.origin(side.0)));
+        let [origin, end, apex] = [side, side.next(), side.prev()].map(|side| self.point(self.tile.origin(side)));
         if origin == from && end == to && orient2d(from, to, apex) == Orientation::CounterClockwise {
             return Ok(());
         }

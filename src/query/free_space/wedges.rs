@@ -47,7 +47,7 @@ impl<'t> Ground<'t> {
             Wedge::Triangle(side) => side.prev(),
             Wedge::Outside => {
                 let first = self.first(vertex)?;
-                let is_open = !self.tile.is_wall(first.0) && self.is_free(first.triangle());
+                let is_open = !self.tile.is_wall(first) && self.is_free(first.triangle());
                 return Ok(is_open.then_some(Wedge::Triangle(first)));
             }
         };
@@ -60,7 +60,7 @@ impl<'t> Ground<'t> {
             Wedge::Triangle(side) => self.wedge_beyond(vertex, side, HalfEdge::next),
             Wedge::Outside => {
                 let last = self.last(vertex)?;
-                let is_open = !self.tile.is_wall(last.prev().0) && self.is_free(last.triangle());
+                let is_open = !self.tile.is_wall(last.prev()) && self.is_free(last.triangle());
                 Ok(is_open.then_some(Wedge::Triangle(last)))
             }
         }
@@ -133,8 +133,8 @@ impl<'t> Ground<'t> {
         if vertex >= self.tile.vertex_count() {
             return Err(Contradiction::NoVertex(vertex));
         }
-        let side = self.tile.side_leaving(vertex);
-        side.map(HalfEdge).ok_or(Contradiction::NoTriangle(vertex))
+        let side = self.tile.leaving(vertex);
+        side.ok_or(Contradiction::NoTriangle(vertex))
     }
 
     /// The wedges round a vertex of the tile that are free.

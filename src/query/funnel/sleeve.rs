@@ -178,7 +178,7 @@ async fn straight(
     side: HalfEdge,
     to: Point,
 ) -> Result<Option<Vec<Portal>>, QueryError> {
-    let from = tile.corner(tile.origin(side.0));
+    let from = tile.point(tile.origin(side));
     let (mut tile, mut exit) = (tile, side.next());
     let mut portals = Vec::new();
     let is_in = |tile: &Tile, triangle: u32| {
@@ -186,7 +186,7 @@ async fn straight(
         (0..3).all(|s| orient2d(corners[s], corners[(s + 1) % 3], to) != Clockwise)
     };
     while !is_in(&tile, exit.triangle()) {
-        let [right, left] = tile.ends(exit.0);
+        let [right, left] = tile.ends(exit);
         portals.push(Portal {
             right: (right.point, Some(right.id)),
             left: (left.point, Some(left.id)),
@@ -209,7 +209,7 @@ async fn straight(
         if is_in(&tile, entered.triangle()) {
             break;
         }
-        let apex = tile.corner(tile.origin(entered.prev().0));
+        let apex = tile.point(tile.origin(entered.prev()));
         exit = match orient2d(from, to, apex) {
             CounterClockwise => entered.next(),
             Clockwise => entered.prev(),

@@ -76,13 +76,13 @@ impl Locate {
         let location = match self.walk.run(tile, start)? {
             WalkEnd::Triangle(triangle) => Location::InTriangle(TriangleRef::of(tile, triangle)),
             WalkEnd::Edge(side) => Location::OnEdge {
-                ends: tile.ends(side.0),
+                ends: tile.ends(side),
                 triangle: TriangleRef::of(tile, side.triangle()),
             },
-            WalkEnd::Vertex(side) => Location::OnVertex(tile.vertex(tile.origin(side.0))),
-            WalkEnd::Hull(exit) => return Ok(outside(tile.ends(exit.0).map(|end| end.id))),
+            WalkEnd::Vertex(side) => Location::OnVertex(tile.vertex(tile.origin(side))),
+            WalkEnd::Hull(exit) => return Ok(outside(tile.ends(exit).map(|end| end.id))),
             WalkEnd::Elsewhere(exit) => {
-                let [from, to] = tile.ends(exit.0).map(|end| end.id);
+                let [from, to] = tile.ends(exit).map(|end| end.id);
                 // Across, the side runs from `to` to `from`.
                 self.enter = Some((to, from));
                 return Ok(Step::Need(from.tile));
@@ -101,7 +101,7 @@ impl Locate {
         // The nearest of a few; their vertices are in Morton order, so these are spread evenly.
         let sample = (0..tile.vertex_count()).step_by(apart(tile.vertex_count()));
         let nearest = sample.min_by(|&p, &q| square(tile.point(p)).total_cmp(&square(tile.point(q))));
-        if let Some(side) = nearest.and_then(|vertex| tile.side_leaving(vertex).map(HalfEdge)) {
+        if let Some(side) = nearest.and_then(|vertex| tile.leaving(vertex)) {
             return Start::From(side);
         }
         // Without triangles there is nothing but vertices.

@@ -9,6 +9,6 @@ use crate::store::{Tile, VertexId};
 ///
 /// `Ok(None)`: there is none, the edge is on the hull.
 pub(crate) fn side_towards(tile: &Tile, a: u32, b: VertexId) -> Result<Option<HalfEdge>, Contradiction> {
-    let leaving = tile.side_leaving(a).map(HalfEdge).ok_or(Contradiction::NoTriangle(a))?;
+    let leaving = tile.leaving(a).ok_or(Contradiction::NoTriangle(a))?;
     Ok(tile.arriving_from(leaving, |corner| tile.vertex(corner).id == b)?)
 }

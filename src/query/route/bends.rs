@@ -88,7 +88,7 @@ async fn bend(
             return Err(tiles.damaged(tile.id(), Contradiction::IdleBend(vertex.id.index)));
         }
     };
-    let [from, to] = tile.ends(edge.0);
+    let [from, to] = tile.ends(edge);
     let edge_to = if from.id == vertex.id { to } else { from };
     let away = if turns_left {
         Orientation::Clockwise
@@ -134,7 +134,7 @@ async fn sources_from(
     // The sources stand in the tile of the smaller end.
     let owner = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
     if owner.id.tile == tile.id() {
-        let [start, _] = tile.ends(side.0);
+        let [start, _] = tile.ends(side);
         return Ok(sources(tile, side, start.id == from.id));
     }
     let there = tiles.get(to.id.tile).await?;
@@ -149,7 +149,7 @@ async fn sources_from(
 
 /// The lines along a side, as seen in its direction or against it.
 fn sources(tile: &Tile, side: HalfEdge, along: bool) -> Vec<EdgeSource> {
-    let sources = tile.edge_sources(side.0);
+    let sources = tile.edge_sources(side);
     sources
         .map(|source| if along { source } else { source.reversed() })
         .collect()

@@ -117,7 +117,7 @@ impl Wave {
             };
             self.see_places_in(ground, root, side.triangle());
             self.see_by(ground, root, far, if leftwards { side.prev() } else { side.next() });
-            let [right, left] = [side.next(), side.prev()].map(|side| ground.point(ground.tile.origin(side.0)));
+            let [right, left] = [side.next(), side.prev()].map(|side| ground.point(ground.tile.origin(side)));
             let cone = Cone { root: at, right, left };
             self.pass(ground, root, side.next(), cone, [right, left])?;
         }
