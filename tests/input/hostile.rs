@@ -3,7 +3,7 @@
 //! All randomness is by a fixed seed.
 
 use crate::{drain, with_format};
-use delaunay_tiles::input::{Format, InputError, InputOptions, PointSource};
+use delaunay_tiles::input::{Format, InputError, PointSource};
 use std::path::Path;
 
 /// SplitMix64 (Steele, Lea, Flood 2014).

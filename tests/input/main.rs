@@ -27,8 +27,6 @@ mod rings;
 #[cfg(all(feature = "geojson", feature = "text"))]
 mod sites;
 #[cfg(feature = "text")]
-mod speed;
-#[cfg(feature = "text")]
 mod text;
 
 use delaunay_tiles::input::{Format, InputError, InputOptions, PointBatch, PointSource};

@@ -8,7 +8,7 @@ use std::thread::available_parallelism;
 
 use bytesize::ByteSize;
 use clap::Args;
-use delaunay_tiles::input::{InputError, InputOptions, PointBatch, PointSource, Reading, Returns};
+use delaunay_tiles::input::{InputError, PointBatch, PointSource, Reading, Returns};
 use delaunay_tiles::io::output_target;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::Source;
