@@ -66,6 +66,10 @@
 mod bytes;
 mod caught;
 mod error;
+#[cfg_attr(
+    not(all(feature = "text", feature = "geojson")),
+    allow(dead_code, reason = "most flaws are of records in text or GeoJSON")
+)]
 mod flaw;
 mod formats;
 mod lines;
@@ -73,6 +77,10 @@ mod options;
 mod points;
 mod reader;
 mod sample;
+#[cfg_attr(
+    not(any(feature = "text", feature = "geojson")),
+    allow(dead_code, reason = "sites are read from text and GeoJSON alone")
+)]
 mod sites;
 mod source;
 mod spot;
