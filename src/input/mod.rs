@@ -12,8 +12,8 @@
 //! The rest of this page is about points; the others say on their own pages what they read, count and keep.
 //!
 //! In: paths (or streams) in any mix of the formats below, and [`InputOptions`]. Out: [`PointBatch`]es in input order,
-//! every point valid ([`Point::is_valid`]), normalized ([`Point::normalized`]) and with its record number. Why one stream:
-//! several files are one point set, and whoever triangulates must not know formats.
+//! every point [valid](crate::geometry::Point::is_valid), [normalized](crate::geometry::Point::normalized) and with its
+//! record number. Why one stream: several files are one point set, and whoever triangulates must not know formats.
 //!
 //! ```text
 //!   paths ─> PointSource ─> one reader at a time ─> Sink ─> PointBatch
