@@ -35,7 +35,7 @@
 //!     // A square grid of 10,000 points, in tiles of at most 1,000.
 //!     let points: Vec<Point> = (0..10_000).map(|i| Point::new(f64::from(i % 100), f64::from(i / 100))).collect();
 //!     let batch = PointBatch { records: (0..10_000).collect(), points, z: Vec::new() };
-//!     let options = BuildOptions { tile_vertices: 1000, ..BuildOptions::default() };
+//!     let options = BuildOptions::default().tile_vertices(1000);
 //!     let mut builder = Builder::new(&path, options)?;
 //!     builder.push(&batch).await?;
 //!     let summary = builder.finish().await?;

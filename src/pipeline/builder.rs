@@ -30,7 +30,7 @@ use crate::store::LineKind;
 /// If the output's name is a symbolic link, what it leads to is the output. Until [`finish`](Self::finish) has succeeded, nothing stands under the output's name; work lies in `OUT.partial/`,
 /// which goes away with the builder, unless the build can be [resumed](BuildOptions::resumable).
 ///
-/// Lines and sites come first, then points.
+/// Lines, sites and hole points come first, then points; else the build fails with [`BuildError::Order`].
 #[derive(Debug)]
 pub struct Builder {
     terms: Terms,
@@ -140,6 +140,7 @@ impl Builder {
     /// If there is not enough room on the disk for so many points, the memory is too small for any work, or what is known of
     /// obstacles by now is wrong.
     pub fn expect(&mut self, points: u64, mut sample: Vec<Point>) -> Result<(), BuildError> {
+        self.before_points("expect")?;
         judge(self.polygons.faults()?)?;
         sample.retain(|point| point.is_valid());
         let [by_ends, _] = self.segments.counts();
@@ -205,6 +206,7 @@ impl Builder {
     /// If an end is not [valid](crate::geometry::Point::is_valid), a z infinite, the batch's arrays
     /// are not equally long, or segments cannot be spilled.
     pub fn push_lines(&mut self, kind: LineKind, first_line: u64, batch: &SegmentBatch) -> Result<(), BuildError> {
+        self.before_points("push_lines")?;
         let lines: Vec<u64> = batch.lines.iter().map(|line| line.saturating_add(first_line)).collect();
         let (of_ends, of_records) = lines.split_at(lines.len().min(batch.ends.len()));
         self.segments.push(&batch.ends, &batch.z, kind, of_ends)?;
@@ -221,6 +223,7 @@ impl Builder {
     /// # Errors
     /// Those of [`push_lines`](Self::push_lines).
     pub fn push_segments(&mut self, segments: &[[Point; 2]]) -> Result<(), BuildError> {
+        self.before_points("push_segments")?;
         let lines: Vec<u64> = (self.segments.len()..).take(segments.len()).collect();
         self.segments.push(segments, &[], LineKind::BreakLine, &lines)?;
         self.reserve()
@@ -232,6 +235,7 @@ impl Builder {
     /// # Errors
     /// If one is not [valid](crate::geometry::Point::is_valid), or they take more than an eighth of the memory.
     pub fn push_seeds(&mut self, seeds: &[Point]) -> Result<(), BuildError> {
+        self.before_points("push_seeds")?;
         let numbered = seeds.iter().zip(self.given.seeds.len() as u64..);
         if let Some((&point, seed)) = numbered.into_iter().find(|(seed, _)| !seed.is_valid()) {
             return Err(BuildError::InvalidSeed { seed, point });
@@ -246,8 +250,17 @@ impl Builder {
     /// If a site is not [valid](crate::geometry::Point::is_valid) or its z infinite, the batch's
     /// arrays are not equally long, or sites take more than a quarter of the memory.
     pub fn push_sites(&mut self, batch: &SiteBatch) -> Result<(), BuildError> {
+        self.before_points("push_sites")?;
         self.sites.push(batch)?;
         self.reserve()
+    }
+
+    /// Fails if points have come that a call must precede.
+    fn before_points(&self, call: &'static str) -> Result<(), BuildError> {
+        match self.given.points > 0 && self.needs_points() {
+            true => Err(BuildError::Order { call }),
+            false => Ok(()),
+        }
     }
 
     /// Leaves the memory that segments, seeds and sites do not take for everything else.

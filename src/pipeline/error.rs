@@ -184,6 +184,14 @@ pub enum BuildError {
     /// Inputs that cannot be read again cannot be resumed.
     #[error("only a build whose inputs can be read again can be resumed; standard input cannot")]
     NotResumable,
+    /// A method was called after points had come; it must be called before.
+    #[error(
+        "{call} was called after points were pushed; lines, sites, hole points and expectations come before points"
+    )]
+    Order {
+        /// The name of the method.
+        call: &'static str,
+    },
     /// Points were pushed into a build that goes on and had them all.
     #[error("the build that is resumed has all its points already")]
     PointsComplete,

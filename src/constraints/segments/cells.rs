@@ -5,7 +5,7 @@
 
 use crate::constraints::segment::Segment;
 use crate::geometry::{Point, Rect, segment_meets};
-use crate::store::cell_index::CellIndex;
+use crate::store::format::cell_index::CellIndex;
 use crate::store::{KdNode, KdTree};
 
 /// The segments of each leaf of a tree below a cell: the numbers of those that meet its cell, ascending; perhaps of some more,

@@ -7,7 +7,7 @@
 use crate::mesh::NONE;
 use crate::pipeline::records::Anchor;
 use crate::pipeline::records::OpenSide;
-use crate::store::components::joined;
+use crate::store::format::components::joined;
 use crate::store::{CoreDraft, EdgeSource};
 
 /// The components of a core, open ones first.

@@ -4,7 +4,7 @@
 #[path = "../../../tests/support/flat.rs"]
 #[allow(dead_code, reason = "tests have more uses for it")]
 pub mod flat;
-#[path = "../../../tests/hostile/surgery.rs"]
+#[path = "../../../tests/library/hostile/surgery.rs"]
 mod surgery;
 
 /// Where `surgery` looks for it.
@@ -18,7 +18,8 @@ use std::sync::OnceLock;
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::io::MemoryFile;
-use delaunay_tiles::query::{Method, Mode, QueryOptions};
+use delaunay_tiles::query::baselines::{Method, Stretch};
+use delaunay_tiles::query::{Mode, QueryOptions};
 use delaunay_tiles::store::{LineKind, OpenOptions, TileReader};
 use delaunay_tiles::{BuildOptions, Builder};
 use futures::{StreamExt, TryStreamExt};
@@ -58,11 +59,7 @@ pub fn town() -> Patient {
         .map(|i| Point::new(f64::from(i % 20), f64::from(i / 20) + f64::from(i % 7) / 16.0))
         .collect();
     let built = runtime().block_on(async {
-        let options = BuildOptions {
-            tile_vertices: 40,
-            force: true,
-            ..BuildOptions::default()
-        };
+        let options = BuildOptions::default().tile_vertices(40).force(true);
         let mut builder = Builder::new(&path, options)?;
         builder.push_lines(LineKind::Wall, 0, &ring(14.25, 13.125, 2.0))?;
         builder.push_lines(LineKind::Obstacle, 1, &ring(5.5, 6.25, 3.0))?;
@@ -141,7 +138,7 @@ async fn ask(bytes: Vec<u8>) {
         let _ = reader.cdt_distance(from, to, options()).await;
         for method in [
             Method::Visibility {
-                stretch: Method::STRETCH,
+                stretch: Stretch::PROVED,
             },
             Method::EuclidZhang,
             Method::EuclidXia,

@@ -189,17 +189,6 @@ pub fn file_name(path: &Path) -> String {
         .into_owned()
 }
 
-/// The names of what lies in a folder, sorted.
-#[cfg(test)]
-pub fn names(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).unwrap();
-    let mut names: Vec<String> = entries
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.sort_unstable();
-    names
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

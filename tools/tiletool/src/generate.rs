@@ -317,9 +317,19 @@ pub fn parse_count(text: &str) -> anyhow::Result<u64> {
 mod tests {
     use std::fs;
 
-    use super::*;
-    use crate::common::names;
     use clap::{CommandFactory, Parser};
+
+    use super::*;
+
+    /// The names of what lies in a folder, sorted.
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = std::fs::read_dir(folder).unwrap();
+        let mut names: Vec<String> = entries
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort_unstable();
+        names
+    }
 
     #[derive(Parser)]
     struct Cli {

@@ -32,8 +32,8 @@ pub(crate) mod refusal;
 
 use crate::collections::bucket_sort::bucket_sort;
 use crate::constraints::segment::Segment;
-use crate::geometry::Point;
-use crate::mesh::{NONE, Triangulation};
+use crate::geometry::{HalfEdge, PackedHalfEdge, Point};
+use crate::mesh::Triangulation;
 use crate::pipeline::conquer::constrain::ground::Outcome;
 use crate::pipeline::conquer::constrain::refusal::Refusal;
 use crate::pipeline::conquer::node::{Fate, Workspace};
@@ -189,10 +189,10 @@ pub(crate) fn glued(triangles: Vec<[u32; 3]>, vertices: usize) -> Triangulation 
     };
     let sides: Vec<([u32; 2], u32)> = (0..3 * triangles.len() as u32).map(|side| (ends(side), side)).collect();
     let sides = bucket_sort(&sides, vertices, |(ends, _)| ends[0], |&(ends, side)| (ends[1], side));
-    let mut neighbours = vec![[NONE; 3]; triangles.len()];
+    let mut neighbours = vec![[PackedHalfEdge::NONE; 3]; triangles.len()];
     for pair in sides.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
         for (side, other) in [(pair[0].1, pair[1].1), (pair[1].1, pair[0].1)] {
-            neighbours[(side / 3) as usize][(side % 3) as usize] = other;
+            neighbours[(side / 3) as usize][(side % 3) as usize] = HalfEdge(other).into();
         }
     }
     Triangulation {

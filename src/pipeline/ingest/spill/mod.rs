@@ -25,7 +25,7 @@ pub(crate) use crate::pipeline::ingest::point_store::Record;
 use crate::pipeline::ingest::point_store::{Item, PointStore};
 pub(crate) use crate::pipeline::plan::Run;
 use crate::store::KdTree;
-pub(crate) use crate::store::cell_index::CellIndex;
+pub(crate) use crate::store::format::cell_index::CellIndex;
 pub(crate) use resplit::{damaged, read_points};
 use run::RunWriter;
 

@@ -91,14 +91,12 @@ const BATCHES_AHEAD: usize = 8;
 
 /// Builds a file.
 pub fn run(args: BuildArgs) -> anyhow::Result<()> {
-    let mut options = BuildOptions {
-        tile_vertices: args.tile_vertices,
-        engine: args.engine,
-        duplicates: args.duplicates,
-        force: args.force,
-        work_folder: args.tmp.clone(),
-        ..BuildOptions::default()
-    };
+    let mut options = BuildOptions::default()
+        .tile_vertices(args.tile_vertices)
+        .engine(args.engine)
+        .duplicates(args.duplicates)
+        .force(args.force)
+        .work_folder(args.tmp.clone());
     options.threads = args
         .threads
         .unwrap_or_else(|| available_parallelism().map_or(1, usize::from));

@@ -58,14 +58,14 @@ impl Axis {
 }
 
 /// The smallest of 1, 2 and 5 times a power of ten that is not less than `least`.
-pub(super) fn round_above(least: f64) -> f64 {
+pub fn round_above(least: f64) -> f64 {
     let power = 10f64.powi(least.log10().floor() as i32);
     let steps = [1.0, 2.0, 5.0, 10.0].map(|digit| digit * power);
     steps.into_iter().find(|&step| step >= least).unwrap_or(10.0 * power)
 }
 
 /// A coordinate with the digits that `step` needs; `largest` decides for all of an axis whether there is an exponent.
-pub(super) fn label(value: f64, step: f64, largest: f64) -> String {
+pub fn label(value: f64, step: f64, largest: f64) -> String {
     let (digit, top) = (step.log10().floor() as i32, largest.log10().floor() as i32);
     let text = if value == 0.0 {
         "0".to_owned()

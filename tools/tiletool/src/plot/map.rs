@@ -49,7 +49,7 @@ pub fn draw(name: &str, directory: &Directory, scene: &Scene, page: &Page) -> St
 }
 
 /// Draws the paper, the frame with a ground of this colour and what is in it, and two lines of text above.
-pub(super) fn draw_frame(
+pub fn draw_frame(
     svg: &mut Svg,
     page: &Page,
     ground: &str,
@@ -78,12 +78,12 @@ pub(super) fn draw_frame(
 }
 
 /// A sign and what it stands for.
-pub(super) struct Entry {
-    pub(super) sign: Sign,
-    pub(super) text: &'static str,
+pub struct Entry {
+    pub sign: Sign,
+    pub text: &'static str,
 }
 
-pub(super) enum Sign {
+pub enum Sign {
     Line(&'static str, f64),
     Dot(&'static str),
     Patch(&'static str),
@@ -231,7 +231,7 @@ fn draw_labels(svg: &mut Svg, directory: &Directory, page: &Page) {
     }
 }
 
-pub(super) fn draw_axes(svg: &mut Svg, page: &Page) {
+pub fn draw_axes(svg: &mut Svg, page: &Page) {
     let f = page.frame;
     let (x, y) = ((f.min_x + f.max_x) / 2.0, (f.min_y + f.max_y) / 2.0);
     let mut path = Path::default();
@@ -262,7 +262,7 @@ pub(super) fn draw_axes(svg: &mut Svg, page: &Page) {
     }
 }
 
-pub(super) fn draw_legend(svg: &mut Svg, entries: &[Entry], (mut x, y): (f64, f64)) {
+pub fn draw_legend(svg: &mut Svg, entries: &[Entry], (mut x, y): (f64, f64)) {
     let (middle, size) = (y - 5.0, 15.0);
     for Entry { sign, text } in entries {
         let end = x + 30.0;

@@ -3,16 +3,14 @@
 //! Comes in: an open tile file. Goes out: a picture under its name, complete or not at all. A small file is drawn whole; of
 //! a large one, which no picture could show and which may exceed memory, the triangulation of a sample of its vertices.
 
-mod axis;
-pub mod chart;
-pub mod figure;
-mod map;
-mod page;
-mod png;
+pub mod axis;
+pub mod map;
+pub mod page;
+pub mod png;
 mod query;
 pub mod scene;
 pub mod style;
-mod svg;
+pub mod svg;
 
 use std::path::{Path, PathBuf};
 

@@ -7,7 +7,7 @@ use delaunay_tiles::shown;
 use serde_json::{Value, json};
 
 use super::answer::name;
-use super::print::{pair, position};
+use super::values::{pair, position};
 use crate::common::cell;
 
 /// The columns of an interval.

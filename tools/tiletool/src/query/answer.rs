@@ -1,11 +1,11 @@
 //! What a query comes to, as far as it is printed.
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{AlongInterval, Location, Near, Path, QueryError, SiteFound, Statistics};
+use delaunay_tiles::query::{AlongInterval, Location, Near, Path, QueryError, SiteFound};
 use delaunay_tiles::shown;
 use delaunay_tiles::store::VertexId;
+use serde_json::Value;
 
-use super::area::Polygon;
 use super::batch::Question;
 
 /// How a query ended.
@@ -40,6 +40,18 @@ impl Status {
     }
 }
 
+/// Rings, the outer one first, counter-clockwise, the others clockwise; first points are not repeated.
+pub type Polygon = Vec<Vec<Point>>;
+
+/// What an answer cost.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// For programs.
+    pub object: Value,
+    /// For people.
+    pub line: String,
+}
+
 /// An answer and its question.
 #[derive(Clone, Debug)]
 pub struct Answer {
@@ -47,7 +59,7 @@ pub struct Answer {
     pub status: Status,
     pub found: Found,
     /// What it cost, if that was measured.
-    pub statistics: Option<Statistics>,
+    pub cost: Option<Measured>,
     /// The area within reach, if it was asked for.
     pub area: Option<Vec<Polygon>>,
 }

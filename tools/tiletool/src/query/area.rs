@@ -13,17 +13,14 @@ use i_overlay::float::overlay::OverlayOptions;
 use i_overlay::float::simplify::SimplifyShape;
 use serde_json::{Value, json};
 
-use super::answer::Status;
-use super::print::position;
+use super::answer::{Polygon, Status};
+use super::values::position;
 
 /// An arc's line is this part of its radius inside the arc at most.
 pub const TOLERANCE: f64 = 1e-4;
 
 /// Points that are as near to a straight line, as a part of the distance, are left out.
 const STRAIGHT: f64 = 1e-8;
-
-/// Rings, the outer one first, counter-clockwise, the others clockwise; first points are not repeated.
-pub type Polygon = Vec<Vec<Point>>;
 
 /// The polygons of the area; of what was found in time if a budget ended it.
 pub async fn within(

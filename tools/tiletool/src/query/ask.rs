@@ -62,7 +62,7 @@ impl Ask {
             question,
             status,
             found,
-            statistics: None,
+            cost: None,
             area,
         })
     }

@@ -15,12 +15,10 @@ use futures::TryStreamExt;
 use serde_json::{Value, json};
 
 use super::answer::{Status, name};
-use super::args::{FormatArgs, ReadingArgs};
+use super::args::{Format, FormatArgs, ReadingArgs};
 use super::batch::{self, Question};
-use super::print::{
-    COLLECTION, COLLECTION_END, Format, bounds, line_string, pair, position, say, with_distance, write_feature,
-};
-use super::report;
+use super::print::say;
+use super::values::{COLLECTION, COLLECTION_END, bounds, line_string, pair, position, with_distance, write_feature};
 use crate::common::{self, cell, thousands};
 use crate::plot::{self, Overlay, PlotFile};
 
@@ -165,9 +163,7 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
         if let Some(file) = &args.plot {
             plot::draw_query(&reader, file, &picture(args, &from, to, paths)).await?;
         }
-        if args.reading.stats {
-            report("pairs", count, began, &reader);
-        }
+        args.reading.report("pairs", count, began, &reader);
         Ok(())
     })
 }

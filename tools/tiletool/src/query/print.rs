@@ -8,20 +8,13 @@ use delaunay_tiles::query::{Distance, Near, Path, SiteFound};
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Found, Status, name, shown_name, spot};
+use super::args::Format;
 use super::ask::Ask;
 use super::batch::Question;
-use super::progress::Stage;
-use super::{along, area, method};
+use super::stage::Stage;
+use super::values::{COLLECTION, COLLECTION_END, bounds, line_string, pair, position, with_distance, write_feature};
+use super::{along, area};
 use crate::common::cell;
-
-/// How answers are printed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    Text,
-    Json,
-    Csv,
-    GeoJson,
-}
 
 /// Prints answers, one after the other.
 pub struct Printer {
@@ -112,22 +105,6 @@ impl Printer {
     }
 }
 
-/// What comes before all features of GeoJSON, and what behind.
-pub const COLLECTION: &str = r#"{"type":"FeatureCollection","features":["#;
-pub const COLLECTION_END: &str = "\n]}";
-
-/// Writes a feature behind so many.
-pub fn write_feature(out: &mut impl Write, before: u64, feature: &Value) -> io::Result<()> {
-    let comma = if before == 0 { "" } else { "," };
-    write!(out, "{comma}\n{feature}")
-}
-
-/// A path as the geometry of a feature.
-pub fn line_string(path: &Path) -> Value {
-    let points: Vec<Value> = path.points.iter().map(|&point| position(point)).collect();
-    json!({"type": "LineString", "coordinates": points})
-}
-
 fn header(ask: Ask) -> String {
     let columns = match ask {
         Ask::Locate => "x,y,status,where,a,b,c",
@@ -137,14 +114,6 @@ fn header(ask: Ask) -> String {
         Ask::Along { .. } => return format!("line_from_x,line_from_y,line_to_x,line_to_y,{}", along::COLUMNS),
     };
     columns.to_owned()
-}
-
-pub fn pair(point: Point) -> String {
-    format!("{},{}", point.x, point.y)
-}
-
-pub fn bounds(distance: &Distance) -> String {
-    format!("{},{},{}", distance.value, distance.lower, distance.upper)
 }
 
 fn asked(question: Question) -> String {
@@ -207,10 +176,6 @@ fn rows(answer: &Answer) -> Vec<String> {
     rows
 }
 
-pub fn position(point: Point) -> Value {
-    json!([point.x, point.y])
-}
-
 fn path_value(path: &Path) -> Value {
     let bends = path.bends.iter().map(|bend| {
         let sources = bend.sources.iter();
@@ -253,13 +218,6 @@ impl Status {
             Self::Ok | Self::Unreachable => {}
         }
     }
-}
-
-pub fn with_distance(mut value: Value, distance: &Distance) -> Value {
-    value["distance"] = distance.value.into();
-    value["lower"] = distance.lower.into();
-    value["upper"] = distance.upper.into();
-    value
 }
 
 /// What was found, as objects, and where each is.
@@ -306,8 +264,8 @@ fn items<'a>(answer: &'a Answer) -> Vec<(Value, Option<Point>, Option<&'a Path>)
 
 fn object(answer: &Answer) -> Value {
     let mut value = head(answer);
-    if let Some(statistics) = &answer.statistics {
-        value["statistics"] = method::object(statistics);
+    if let Some(cost) = &answer.cost {
+        value["statistics"] = cost.object.clone();
     }
     let items = items(answer).into_iter().map(|(mut item, _, path)| {
         if let Some(path) = path {

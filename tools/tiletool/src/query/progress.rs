@@ -1,55 +1,14 @@
 //! Fast answers first, then the exact ones.
 
-use delaunay_tiles::query::{Cost, Progress, QueryError, QueryOptions};
+use delaunay_tiles::query::{Progress, QueryError, QueryOptions};
 use delaunay_tiles::store::TileReader;
 use futures::{Stream, TryStreamExt};
-use serde_json::{Value, json};
 
 use super::answer::{Answer, Found, Status};
 use super::ask::{Ask, path_found};
 use super::batch::Question;
 use super::print::Printer;
-
-/// Which of the two answers one is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Stage {
-    /// The fast one, with what the exact one is expected to cost.
-    Fast(Cost),
-    Exact,
-}
-
-impl Stage {
-    /// What stands behind the other columns of a table.
-    pub const HEADER: &str = "stage,exact_tiles,exact_seconds";
-
-    pub fn cells(self) -> String {
-        match self {
-            Self::Fast(cost) => format!("fast,{},{}", cost.tiles, cost.time.as_secs_f64()),
-            Self::Exact => "exact,,".to_owned(),
-        }
-    }
-
-    /// Puts it into an object.
-    pub fn tell(self, object: &mut Value) {
-        object["stage"] = match self {
-            Self::Fast(cost) => {
-                object["exact_cost"] = json!({"tiles": cost.tiles, "seconds": cost.time.as_secs_f64()});
-                "fast".into()
-            }
-            Self::Exact => "exact".into(),
-        };
-    }
-
-    pub fn text(self) -> String {
-        match self {
-            Self::Fast(Cost { tiles, time }) => {
-                let seconds = time.as_secs_f64();
-                format!("fast, while the exact answer may take {tiles} tiles and {seconds:.3} s: ")
-            }
-            Self::Exact => "exact: ".to_owned(),
-        }
-    }
-}
+use super::stage::Stage;
 
 /// Answers a question twice, and prints each answer when it is there.
 pub async fn answer(
@@ -95,7 +54,7 @@ async fn print_all<T>(
             question,
             status,
             area: None,
-            statistics: None,
+            cost: None,
             found,
         };
         printer.print_stage(&answer, stage)?;

@@ -11,7 +11,7 @@ use serde_json::Value;
 
 /// The tool in a folder, with these arguments.
 pub fn command(folder: &Path, args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tiletool"));
+    let mut command = Command::new(crate::PROGRAM);
     command.current_dir(folder).args(args).stdin(Stdio::null());
     command
 }

@@ -1,0 +1,121 @@
+//! The wave, measured as the others are.
+
+use foldhash::{HashSet, HashSetExt};
+
+use super::asked::Wanted;
+use super::obstacles::edges_at;
+use super::statistics::{Clock, Measured, Statistics};
+use crate::geometry::Point;
+use crate::query::answer::{Distance, PathOutcome, SiteFound};
+use crate::query::free_space::{Ground, Place};
+use crate::query::request::{QueryError, QueryOptions, Tiles};
+use crate::query::wavefront::{Goal, Places, Run, What};
+use crate::store::{TileReader, VertexId};
+
+/// What a run has cost.
+async fn cost(reader: &TileReader, run: &Run, clock: Clock, candidates: usize) -> Result<Statistics, QueryError> {
+    let mut statistics = Statistics {
+        candidates: candidates as u64,
+        nodes_swept: run.wave.root_count() as u64,
+        rounds: 1,
+        tiles: run.tiles.count(),
+        times: clock.times,
+        ..Statistics::default()
+    };
+    // Looked up behind the clock's back, tile by tile: the wave itself has no use for it.
+    let mut reached: Vec<VertexId> = run.wave.reached().collect();
+    reached.sort_unstable();
+    let mut edges = HashSet::new();
+    for of_tile in reached.chunk_by(|a, b| a.tile == b.tile) {
+        let tile = reader.tile(of_tile[0].tile).await?;
+        let ground = Ground::of(&run.tiles, &tile);
+        for vertex in of_tile {
+            let found = edges_at(ground, vertex.index, |edge| {
+                edges.insert(edge.key());
+            });
+            found.map_err(|reason| run.tiles.damaged(vertex.tile, reason))?;
+        }
+    }
+    statistics.edges_considered = edges.len() as u64;
+    Ok(statistics)
+}
+
+/// The nearest sites, or those within a radius.
+pub(super) async fn sites(
+    reader: &TileReader,
+    at: Point,
+    wanted: Wanted,
+    options: QueryOptions,
+) -> Result<Measured<Vec<SiteFound>>, QueryError> {
+    let mut clock = Clock::start();
+    let mut run = Run::from_point(reader, at, Goal::Sites, wanted.limit(), options).await?;
+    clock.lap("locate");
+    let (mut answer, mut at_least) = (Vec::new(), None);
+    while answer.len() < wanted.count() {
+        let found = match run.next().await {
+            Ok(Some(found)) => found,
+            Ok(None) => break,
+            Err(QueryError::OutOfBudget { at_least: rest }) => {
+                at_least = Some(rest);
+                break;
+            }
+            Err(error) => return Err(error),
+        };
+        let What::Site { number, id, vertex } = found.what.clone() else {
+            continue;
+        };
+        let mut site = SiteFound {
+            number,
+            id,
+            vertex,
+            distance: Distance::of_legs(found.length, run.legs(&found)),
+            path: None,
+        };
+        if run.options.paths {
+            clock.lap("wave");
+            match run.path(&found, &Place::at(vertex)).await {
+                Err(QueryError::OutOfBudget { .. }) => {
+                    at_least = Some(site.distance.lower);
+                    break;
+                }
+                path => site.path = Some(path?),
+            }
+            clock.lap("paths");
+        }
+        answer.push(site);
+    }
+    clock.lap("wave");
+    let statistics = cost(reader, &run, clock, answer.len()).await?;
+    Ok(Measured {
+        answer,
+        at_least,
+        statistics,
+    })
+}
+
+/// The shortest path to a target.
+pub(super) async fn path(
+    reader: &TileReader,
+    places: [Place; 2],
+    tiles: Tiles,
+    clock: Clock,
+    options: QueryOptions,
+) -> Result<Measured<PathOutcome>, QueryError> {
+    let mut clock = clock;
+    let [from, to] = places;
+    let goal = Goal::Places(Places::new([&to]));
+    let mut run = Run::start(tiles, from, goal, f64::INFINITY, options).await?;
+    let found = run.next().await?;
+    clock.lap("wave");
+    let answer = match found {
+        Some(found) => PathOutcome::Found(run.path(&found, &to).await?),
+        None => PathOutcome::Unreachable,
+    };
+    clock.lap("paths");
+    let statistics = cost(reader, &run, clock, 1).await?;
+    Ok(Measured {
+        answer,
+        at_least: None,
+        statistics,
+    })
+}

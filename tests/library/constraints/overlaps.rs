@@ -1,0 +1,137 @@
+//! Lines that run along each other: any number of them, in time with what the edges have to know.
+
+use delaunay_tiles::geometry::Point;
+use delaunay_tiles::input::SegmentBatch;
+use delaunay_tiles::store::{EdgeSource, LineKind};
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, MemoryShortage, MemoryUse};
+use distributions::Kind;
+
+use super::{ENOUGH, Input, Segment, WAYS, check};
+use crate::support::{Random, Scratch, batches, points_of, runtime, verify_lines};
+
+/// A place on a line through the unit square, or in a row without anything else.
+fn on(line: usize, at: f64) -> Point {
+    let direction = [(1.0, 0.25), (0.0, 1.0), (2.0, -1.0)][line];
+    Point::new(0.5 + at * direction.0 / 1024.0, 0.5 + at * direction.1 / 1024.0)
+}
+
+/// Segments on three lines that cross in one vertex.
+fn segments(count: usize, length: usize, seed: u64) -> Vec<Segment> {
+    let mut random = Random(seed);
+    let segment = |number: usize| {
+        let from = random.below(800) as f64 - 400.0;
+        let to = from + random.below(2 * length + 1) as f64 - length as f64;
+        [from, to].map(|at| on(number % 3, at))
+    };
+    (0..count).map(segment).collect()
+}
+
+/// Builds with segments all of which are of one line.
+async fn build_line(
+    scratch: &Scratch,
+    kind: LineKind,
+    points: &[Point],
+    ends: &[Segment],
+    (tile_vertices, memory): (usize, u64),
+) -> Result<BuildSummary, BuildError> {
+    let options = BuildOptions::default()
+        .tile_vertices(tile_vertices)
+        .memory(memory)
+        .threads(2);
+    let mut builder = Builder::new(&scratch.path, options)?;
+    let batch = SegmentBatch {
+        ends: ends.to_vec(),
+        lines: vec![0; ends.len()],
+        ..SegmentBatch::default()
+    };
+    builder.push_lines(kind, 0, &batch)?;
+    for batch in batches(points, &[]) {
+        builder.push(&batch).await?;
+    }
+    builder.finish().await
+}
+
+#[test]
+fn edges_know_all_lines_that_run_along_them() {
+    let origin = on(0, 0.0);
+    for (points, count, length) in [(300, 600, 400), (2000, 150, 1000), (0, 300, 300)] {
+        let mut points = points_of(Kind::Uniform, points, 3);
+        points.push(origin);
+        let segments = segments(count, length, 5);
+        check(
+            Input {
+                name: "overlaps",
+                points,
+                segments,
+            },
+            &WAYS,
+        );
+    }
+}
+
+/// A line that runs to and fro. Walking along it piece by piece would take some ten million steps.
+#[test]
+fn a_line_that_runs_along_itself_is_walked_along_once() {
+    let mut random = Random(7);
+    let mut line = |kind: LineKind| -> (Vec<Segment>, LineKind) {
+        let mut corners: Vec<Point> = (0..6000)
+            .map(|_| on(0, random.below(1 << 13) as f64 / 16.0 - 256.0))
+            .collect();
+        corners.push(corners[0]);
+        (corners.windows(2).map(|pair| [pair[0], pair[1]]).collect(), kind)
+    };
+    let lines = [line(LineKind::BreakLine), line(LineKind::Wall)];
+    for (points, tile_vertices) in [(2000, 1 << 16), (2000, 1000), (0, 1000)] {
+        let points = points_of(Kind::Uniform, points, 3);
+        for (segments, kind) in &lines {
+            runtime().block_on(async {
+                let scratch = Scratch::new();
+                let built = build_line(&scratch, *kind, &points, segments, (tile_vertices, ENOUGH));
+                let summary = built.await.unwrap();
+                let along = segments.as_flattened();
+                let mut along: Vec<Point> = along.to_vec();
+                along.sort_by(|a, b| a.lex_cmp(*b));
+                along.dedup();
+                assert_eq!(summary.constraint_edges, along.len() as u64 - 1);
+                let reader = scratch.open().await;
+                let report = reader.verify(true).await.unwrap();
+                assert_eq!(report.constraint_edges, summary.constraint_edges);
+                let source = EdgeSource::new(*kind, 0);
+                let lines = segments.iter().map(|&ends| (ends, source)).collect();
+                verify_lines(&reader, lines).await.unwrap();
+            });
+        }
+    }
+}
+
+#[test]
+fn what_edges_know_is_limited_by_the_memory() {
+    for points in [0, 1000] {
+        let points = points_of(Kind::Uniform, points, 3);
+        // Each within the one before it: 2.25 million times an edge has a line.
+        let nested = (0..1500).map(|i| [f64::from(i) - 1600.0, 1600.0 - f64::from(i)]);
+        let segments: Vec<Segment> = nested.map(|ends| ends.map(|at| on(0, at))).collect();
+        let input = Input {
+            name: "nested",
+            points,
+            segments,
+        };
+        runtime().block_on(async {
+            for (memory, is_enough) in [(64 << 20, false), (2 << 30, true)] {
+                let scratch = Scratch::new();
+                let options = BuildOptions::default().memory(memory).threads(1).tile_vertices(1 << 12);
+                match input.build(&scratch, options).await {
+                    Ok(summary) => assert!(is_enough && summary.constraint_edges >= 2999),
+                    Err(BuildError::Memory(MemoryShortage {
+                        of: MemoryUse::Overlaps { .. },
+                        needed,
+                        budget,
+                    })) => {
+                        assert!(!is_enough && budget < memory && needed > budget);
+                    }
+                    Err(error) => panic!("{error}"),
+                }
+            }
+        });
+    }
+}

@@ -1,0 +1,243 @@
+//! The promise: an edit of a file happens as a whole or not at all, whatever becomes of it; who has the file open sees it as it
+//! was; and a compacted file is the same. That edits give the triangles of a build is promised in `constraints` and `regions`.
+
+use std::fs::{self, File};
+
+use crate::support::{Scratch, built, open_bytes, runtime};
+use delaunay_tiles::geometry::Point;
+use delaunay_tiles::input::SegmentBatch;
+use delaunay_tiles::store::{Digest, LineKind, LineSource};
+use delaunay_tiles::{BuildOptions, EditError, Editor};
+
+const ENOUGH: u64 = 64 << 20;
+
+/// A grid of 30 by 30 in tiles of at most 60.
+async fn grid() -> Scratch {
+    grid_in_tiles_of(60).await
+}
+
+async fn grid_in_tiles_of(tile_vertices: usize) -> Scratch {
+    let points: Vec<Point> = (0..900)
+        .map(|i| Point::new(f64::from(i % 30), f64::from(i / 30)))
+        .collect();
+    let options = BuildOptions::default().tile_vertices(tile_vertices);
+    built(&points, options).await.0
+}
+
+fn segment(from: (f64, f64), to: (f64, f64)) -> SegmentBatch {
+    SegmentBatch {
+        ends: vec![[Point::new(from.0, from.1), Point::new(to.0, to.1)]],
+        lines: vec![0],
+        ..SegmentBatch::default()
+    }
+}
+
+/// Inserts segments, each a line of its own.
+async fn edit(scratch: &Scratch, memory: u64, segments: &[SegmentBatch]) -> Result<(), EditError> {
+    let mut editor = Editor::open(&scratch.path, memory).await?;
+    for (batch, number) in segments.iter().zip(0..) {
+        editor.push(LineKind::Wall, number, batch)?;
+    }
+    editor.add_sources(vec![LineSource {
+        name: "walls".to_owned(),
+        kind: LineKind::Wall,
+        first: 0,
+        lines: segments.len() as u64,
+        edit: 0,
+    }]);
+    editor.finish().await.map(|_| ())
+}
+
+async fn digest(scratch: &Scratch) -> Digest {
+    scratch.open().await.digest().await.unwrap()
+}
+
+/// What a file with these bytes is. None: it cannot be read, which is said.
+async fn digest_of(bytes: Vec<u8>) -> Option<Digest> {
+    open_bytes(bytes).await.ok()?.digest().await.ok()
+}
+
+fn walls() -> Vec<SegmentBatch> {
+    vec![
+        segment((0.0, 1.0), (29.0, 12.0)),
+        segment((3.0, 25.0), (28.0, 20.0)),
+        segment((5.0, 0.0), (5.0, 1.0)),
+    ]
+}
+
+#[test]
+fn a_crash_leaves_the_old_file_or_the_new_one() {
+    runtime().block_on(async {
+        let scratch = grid().await;
+        let (old, before) = (digest(&scratch).await, fs::read(&scratch.path).unwrap());
+        edit(&scratch, ENOUGH, &walls()).await.unwrap();
+        let (new, after) = (digest(&scratch).await, fs::read(&scratch.path).unwrap());
+        assert_ne!(old, new);
+        assert_eq!(
+            before[8192..],
+            after[8192..before.len()],
+            "what readers look at has changed"
+        );
+        assert_eq!(before[..4096], after[..4096], "the superblock in force has changed");
+
+        // Before the superblock is written, whatever has come of the rest, sectors in any order.
+        for end in (before.len()..after.len()).step_by(4999) {
+            let mut bytes = after[..end].to_vec();
+            bytes[..8192].copy_from_slice(&before[..8192]);
+            assert_eq!(digest_of(bytes.clone()).await, Some(old), "cut off at {end}");
+            for sector in bytes[before.len()..].chunks_mut(512).step_by(3) {
+                sector.fill(0);
+            }
+            assert_eq!(
+                digest_of(bytes).await,
+                Some(old),
+                "with sectors missing, cut off at {end}"
+            );
+        }
+        // A superblock that is torn, from the front and from the back.
+        let mut seen = [false; 2];
+        for cut in (0..=4096).step_by(61).chain([4095, 4096]) {
+            for is_front in [true, false] {
+                let mut bytes = after.clone();
+                let torn = if is_front { 4096 + cut..8192 } else { 4096..8192 - cut };
+                bytes[torn.clone()].copy_from_slice(&before[torn]);
+                let found = digest_of(bytes).await;
+                assert!(found == Some(old) || found == Some(new), "torn at {cut}");
+                seen[usize::from(found == Some(new))] = true;
+            }
+        }
+        assert_eq!(seen, [true; 2]);
+        // A medium that breaks its promise, so that the superblock is there before the rest: an error, or the right answer.
+        for sector in (before.len()..after.len()).step_by(512) {
+            let mut bytes = after.clone();
+            let end = after.len().min(sector + 512);
+            bytes[sector..end].fill(0);
+            let found = digest_of(bytes).await;
+            assert!(found.is_none_or(|found| found == new), "sector at {sector}");
+        }
+    });
+}
+
+#[test]
+fn what_an_edit_left_unfinished_is_written_over() {
+    runtime().block_on(async {
+        let (scratch, other) = (grid().await, grid().await);
+        edit(&scratch, ENOUGH, &walls()).await.unwrap();
+        let mut bytes = fs::read(&other.path).unwrap();
+        bytes.extend((0..1_000_000u32).map(|i| i as u8));
+        fs::write(&other.path, bytes).unwrap();
+        edit(&other, ENOUGH, &walls()).await.unwrap();
+        let reader = other.open().await;
+        assert_eq!(reader.digest().await.unwrap(), digest(&scratch).await);
+        assert_eq!(reader.file_length(), scratch.open().await.file_length());
+    });
+}
+
+#[test]
+fn an_open_file_stays_what_it_was_and_edits_add_up() {
+    runtime().block_on(async {
+        let (scratch, other) = (grid().await, grid().await);
+        let first = scratch.open().await;
+        let old = first.digest().await.unwrap();
+        for wall in walls() {
+            edit(&scratch, ENOUGH, &[wall]).await.unwrap();
+        }
+        assert_eq!(first.digest().await.unwrap(), old);
+        assert_eq!(first.generation(), 1);
+        let reader = scratch.open().await;
+        assert_eq!(reader.generation(), 4);
+        edit(&other, ENOUGH, &walls()).await.unwrap();
+        assert_eq!(reader.digest().await.unwrap(), digest(&other).await);
+        let lines = &reader.directory().metadata.lines;
+        assert_eq!(lines.iter().map(|lines| lines.first).collect::<Vec<_>>(), [0, 1, 2]);
+        reader.verify(true).await.unwrap();
+
+        let length = reader.compact(&scratch.path).await.unwrap();
+        assert!(length < reader.file_length());
+        let compacted = scratch.open().await;
+        assert_eq!(compacted.file_length(), length);
+        compacted.verify(true).await.unwrap();
+        let all = [&compacted, &reader, &scratch.open().await];
+        for reader in all {
+            assert_eq!(reader.digest().await.unwrap(), digest(&other).await);
+        }
+        // And on it goes.
+        edit(&scratch, ENOUGH, &[segment((0.0, 29.0), (1.0, 29.0))])
+            .await
+            .unwrap();
+        scratch.open().await.verify(true).await.unwrap();
+    });
+}
+
+#[test]
+fn what_is_refused_changes_nothing() {
+    runtime().block_on(async {
+        let scratch = grid().await;
+        edit(&scratch, ENOUGH, &walls()[..1]).await.unwrap();
+        let before = fs::read(&scratch.path).unwrap();
+        let refused = async |memory, batch: &SegmentBatch| {
+            let error = edit(&scratch, memory, std::slice::from_ref(batch)).await.unwrap_err();
+            let after = fs::read(&scratch.path).unwrap();
+            assert_eq!(after[..before.len()], before, "{error}");
+            error
+        };
+        for outside in [1e6, 29.000_001] {
+            let error = refused(ENOUGH, &segment((0.0, 0.0), (outside, 0.5))).await;
+            assert!(
+                matches!(error, EditError::Outside { line: 1, place } if place.x == outside),
+                "{error}"
+            );
+        }
+        let error = refused(ENOUGH, &segment((10.0, 0.0), (11.0, 29.0))).await;
+        let EditError::Crossed { line, other, edge, .. } = error else {
+            panic!("{error}")
+        };
+        assert_eq!((line.number(), other.map(|other| other.number())), (1, Some(0)));
+        assert_eq!(edge.map(|end| end.x), [0.0, 29.0]);
+        let records = SegmentBatch {
+            records: vec![[0, 1]],
+            lines: vec![0],
+            ..SegmentBatch::default()
+        };
+        assert!(matches!(refused(ENOUGH, &records).await, EditError::Records));
+        let error = refused(100, &segment((0.0, 0.0), (0.0, 1.0))).await;
+        assert!(matches!(error, EditError::Memory(_)), "{error}");
+        let lock = File::open(&scratch.path).unwrap();
+        lock.lock().unwrap();
+        let error = refused(ENOUGH, &segment((0.0, 0.0), (0.0, 1.0))).await;
+        assert!(matches!(error, EditError::Busy(_)), "{error}");
+        drop(lock);
+        // Lines are numbered behind those that are there, so that must not change any more.
+        let first = Editor::open(&scratch.path, ENOUGH).await.unwrap();
+        let second = Editor::open(&scratch.path, ENOUGH).await.err();
+        assert!(matches!(second, Some(EditError::Busy(_))), "{second:?}");
+        drop(first);
+        edit(&scratch, ENOUGH, &[segment((0.0, 0.0), (0.0, 1.0))])
+            .await
+            .unwrap();
+    });
+}
+
+#[test]
+fn tiles_that_come_and_go_do_not_make_the_file_grow() {
+    runtime().block_on(async {
+        // Lines across everything, in an order that has all tiles come again and again to a cache that holds few.
+        let walls: Vec<SegmentBatch> = (1..14)
+            .map(|i| {
+                segment(
+                    (0.0, f64::from(2 * (i * 5 % 14))),
+                    (29.0, f64::from(2 * (i * 5 % 14) + 1)),
+                )
+            })
+            .collect();
+        let (scratch, other) = (grid_in_tiles_of(120).await, grid_in_tiles_of(120).await);
+        let before = scratch.open().await.file_length();
+        edit(&scratch, 113 << 10, &walls).await.unwrap();
+        edit(&other, ENOUGH, &walls).await.unwrap();
+        let reader = scratch.open().await;
+        assert_eq!(reader.digest().await.unwrap(), digest(&other).await);
+        reader.verify(true).await.unwrap();
+        let grown = [&reader, &other.open().await].map(|reader| reader.file_length() - before);
+        assert!(grown[0] < 2 * grown[1], "{grown:?}");
+    });
+}

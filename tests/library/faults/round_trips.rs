@@ -1,0 +1,66 @@
+//! How many reads opening a file and reading a tile takes, and how many of them wait for others.
+
+use std::io;
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
+
+use bytes::Bytes;
+use delaunay_tiles::io::{MemoryFile, ReadAt};
+use delaunay_tiles::store::{OpenOptions, TileId, TileReader};
+use futures::future::{BoxFuture, FutureExt};
+
+use super::town;
+use crate::support::runtime;
+
+/// A file far away.
+#[derive(Clone)]
+struct Counted {
+    file: MemoryFile,
+    reads: Arc<AtomicUsize>,
+    /// The longest chain of reads each of which began when the one before it had its answer.
+    round_trips: Arc<AtomicUsize>,
+}
+
+impl ReadAt for Counted {
+    fn length(&self) -> u64 {
+        self.file.length()
+    }
+
+    fn backend(&self) -> &'static str {
+        "counted"
+    }
+
+    fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>> {
+        self.reads.fetch_add(1, SeqCst);
+        let (read, round_trips) = (self.file.read_at(range), Arc::clone(&self.round_trips));
+        let mine = round_trips.load(SeqCst) + 1;
+        async move {
+            // Those that are asked for together are under way together.
+            tokio::task::yield_now().await;
+            round_trips.fetch_max(mine, SeqCst);
+            read.await
+        }
+        .boxed()
+    }
+}
+
+#[test]
+fn opening_and_one_tile_take_four_reads_in_three_round_trips() {
+    let file = Counted {
+        file: MemoryFile::new(town()),
+        reads: Arc::default(),
+        round_trips: Arc::default(),
+    };
+    let counts = || (file.reads.load(SeqCst), file.round_trips.load(SeqCst));
+    runtime().block_on(async {
+        let reader = TileReader::open_source(file.clone(), "town", OpenOptions::default())
+            .await
+            .unwrap();
+        assert_eq!(counts(), (2, 2));
+        reader.tile(TileId(5)).await.unwrap();
+        assert_eq!(counts(), (4, 3));
+        reader.tile(TileId(5)).await.unwrap();
+        assert_eq!(counts(), (4, 3), "it is in the cache");
+    });
+}

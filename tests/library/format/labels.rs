@@ -1,0 +1,86 @@
+//! Constraints, regions and sites of a tile, by the page.
+
+use crate::format::page::Page;
+use crate::format::reader::packed;
+use crate::support::flat::Table;
+
+/// Bits from the lowest of the first byte on; all 0 if there are none.
+pub fn bits(table: Table<'_>, slot: usize, count: usize) -> Vec<bool> {
+    let Some((first, length)) = table.vector(slot) else {
+        return vec![false; count];
+    };
+    assert_eq!(length, count.div_ceil(8));
+    (0..count)
+        .map(|bit| table.bytes[first + bit / 8] >> (bit % 8) & 1 == 1)
+        .collect()
+}
+
+/// The integers of an array that may be absent.
+pub fn optional(page: &Page, table: Table<'_>, slot: usize) -> Option<Vec<u64>> {
+    let integers = packed(page, table.table(slot)?, 0);
+    Some(integers.into_iter().map(|v| v.unwrap()).collect())
+}
+
+/// Sides of edges, with numbers and codes of the sources.
+pub fn sources(sides: &[u64], sources: &[u64]) -> Vec<(usize, u64, u8)> {
+    assert_eq!(sides.len(), sources.len());
+    assert!(sides.iter().zip(sources).is_sorted_by(|a, b| a < b), "pairs ascend");
+    let pairs = sides.iter().zip(sources);
+    pairs
+        .map(|(&side, &source)| (side as usize, source / 4, (source % 4) as u8))
+        .collect()
+}
+
+/// Region, depth and whether it is a hole, of each triangle.
+pub fn read_regions(
+    page: &Page,
+    components: [(Table<'_>, usize); 2],
+    border: Table<'_>,
+    triangles: [usize; 2],
+) -> Vec<(u64, i64, bool)> {
+    let slot = |field| page.slot("Border", field);
+    let regions = optional(page, border, slot("regions"));
+    let depths = optional(page, border, slot("depths"));
+    assert!(regions.is_some() || depths.is_none());
+    let regions = regions.unwrap_or_else(|| vec![0]);
+    let depths = depths.unwrap_or_else(|| vec![0; regions.len()]);
+    let holes = bits(border, slot("holes"), regions.len());
+    assert_eq!(regions.len(), depths.len());
+    // 0, 1, 2, 3 stand for 0, −1, 1, −2.
+    let depth = |value: u64| {
+        if value.is_multiple_of(2) {
+            (value / 2) as i64
+        } else {
+            -((value / 2) as i64) - 1
+        }
+    };
+    let parts = components.into_iter().zip(triangles);
+    parts
+        .flat_map(|((table, slot), count)| {
+            let components = optional(page, table, slot).unwrap_or_else(|| vec![0; count]);
+            assert_eq!(components.len(), count);
+            components
+        })
+        .map(|component| component as usize)
+        .map(|c| (regions[c], depth(depths[c]), holes[c]))
+        .collect()
+}
+
+/// Vertex, number and id of the sites.
+pub fn read_sites(page: &Page, core: Table<'_>) -> Vec<(usize, u64, String)> {
+    let slot = |field| page.slot("Core", field);
+    let pairs = optional(page, core, slot("sites")).unwrap_or_default();
+    let ids = core.string(slot("site_ids")).unwrap_or_default();
+    let ends = optional(page, core, slot("site_id_ends")).unwrap_or_else(|| vec![0; pairs.len() / 2]);
+    let mut start = 0;
+    let sites = pairs.chunks(2).zip(ends).map(|(pair, end)| {
+        let id = ids[start..end as usize].to_owned();
+        start = end as usize;
+        let id = if id.is_empty() { pair[1].to_string() } else { id };
+        (pair[0] as usize, pair[1], id)
+    });
+    let sites: Vec<_> = sites.collect();
+    assert_eq!(start, ids.len());
+    assert!(sites.is_sorted_by(|a, b| (a.0, a.1) < (b.0, b.1)), "sites ascend");
+    sites
+}

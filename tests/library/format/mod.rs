@@ -1,0 +1,372 @@
+//! The promise: `schema/FORMAT.md` is what the code writes. A reader that goes by the tables of that page alone, without
+//! the library's generated code, finds in files what was put into them.
+
+mod labels;
+mod page;
+mod reader;
+use std::collections::HashSet;
+
+use self::page::{Page, schemas};
+use self::reader::{Across, File};
+use crate::support::{Scratch, batches, file_bytes, open_bytes, points_of, reference, runtime};
+use delaunay_tiles::geometry::{Point, Rect};
+use delaunay_tiles::input::SegmentBatch;
+use delaunay_tiles::mesh::EngineKind;
+use delaunay_tiles::store::{Digest, EdgeSource, FORMAT_VERSION, LineKind, LineSource, Site, TileId};
+use delaunay_tiles::{BuildOptions, Builder};
+use distributions::Kind;
+
+fn options(tile_vertices: usize) -> BuildOptions {
+    BuildOptions::default().tile_vertices(tile_vertices).threads(2)
+}
+
+fn built(points: &[Point], z: &[f64], tile_vertices: usize) -> Vec<u8> {
+    runtime().block_on(file_bytes(&batches(points, z), options(tile_vertices)))
+}
+
+#[test]
+fn the_page_has_the_fields_of_the_schemas() {
+    let page = Page::read();
+    let schemas = schemas();
+    assert_eq!(schemas.len(), 12);
+    let size = |kind: &str| match kind {
+        "ubyte" | "bool" => 1,
+        "uint" => 4,
+        "ulong" | "double" => 8,
+        other => panic!("structs have no {other}"),
+    };
+    for page::Declared {
+        is_struct,
+        name,
+        fields,
+    } in &schemas
+    {
+        if *is_struct {
+            let mut offset = 0;
+            let places = &page.places[name];
+            assert_eq!(places.len(), fields.len(), "{name}");
+            for ((found, place), (field, kind)) in places.iter().zip(fields) {
+                assert_eq!(
+                    (found, place.offset, place.bytes),
+                    (field, offset, size(kind)),
+                    "{name}"
+                );
+                offset += place.bytes;
+            }
+        } else {
+            assert_eq!(&page.slots[name], fields, "{name}");
+        }
+    }
+    let tables = page.places.len() + page.slots.len();
+    assert_eq!(
+        tables,
+        1 + schemas.len(),
+        "the page has one table for each of the schemas, and the superblock's"
+    );
+}
+
+#[test]
+fn superblocks_are_without_gaps() {
+    let page = Page::read();
+    let mut end = 0;
+    for (name, place) in &page.places["Superblock"] {
+        assert_eq!(place.offset, end, "{name}");
+        end += place.bytes;
+    }
+    assert_eq!(end, 4096);
+}
+
+#[test]
+fn a_grid_is_read_by_the_page_alone() {
+    let points = points_of(Kind::Grid, 600, 3);
+    for tile_vertices in [8, 100, 65536] {
+        let bytes = built(&points, &[], tile_vertices);
+        let file = check(&bytes, &points, &[]);
+        assert_eq!(file.directory.tile_vertices, tile_vertices as u32);
+    }
+}
+
+#[test]
+fn uniform_points_with_z_are_read_by_the_page_alone() {
+    let points = points_of(Kind::Uniform, 500, 4);
+    let z: Vec<f64> = (0..500).map(|i| f64::from(i) / 8.0 - 7.0).collect();
+    check(&built(&points, &z, 16), &points, &z);
+}
+
+#[test]
+fn lines_and_nothing_are_read_by_the_page_alone() {
+    let line: Vec<Point> = (0..50).map(|i| Point::new(f64::from(i), f64::from(3 * i))).collect();
+    for count in [0, 1, 2, 50] {
+        let file = check(&built(&line[..count], &[], 8), &line[..count], &[]);
+        assert_eq!(file.directory.triangles, 0);
+    }
+}
+
+#[test]
+fn entries_fill_pages() {
+    let page = Page::read();
+    let full: usize = page.limits["entries of a page"].parse().unwrap();
+    let points = points_of(Kind::Uniform, 20_000, 5);
+    let bytes = built(&points, &[], 4);
+    let file = check(&bytes, &points, &[]);
+    let (last, others) = file.directory.page_entries.split_last().unwrap();
+    assert!(!others.is_empty() && others.iter().all(|&n| n == full) && (1..=full).contains(last));
+}
+
+#[test]
+fn edges_on_one_line_are_read_by_the_page_alone() {
+    let at = |i: i32| Point::new(f64::from(i), f64::from(-2 * i));
+    let points: Vec<Point> = (0..50).map(at).collect();
+    for tile_vertices in [8, 65536] {
+        let scratch = Scratch::new();
+        let bytes = runtime().block_on(async {
+            let mut builder = Builder::new(&scratch.path, options(tile_vertices)).unwrap();
+            for batch in batches(&points, &[]) {
+                builder.push(&batch).await.unwrap();
+            }
+            builder.push_segments(&[[at(40), at(3)], [at(20), at(30)]]).unwrap();
+            let walls = SegmentBatch {
+                ends: vec![[at(7), at(9)]],
+                lines: vec![0],
+                ..SegmentBatch::default()
+            };
+            builder.push_lines(LineKind::Wall, 2, &walls).unwrap();
+            builder.finish().await.unwrap();
+            std::fs::read(&scratch.path).unwrap()
+        });
+        let file = File::read(&Page::read(), &bytes);
+        assert_eq!((file.directory.triangles, file.directory.constraint_edges), (0, 37));
+        assert_eq!(file.tiles.iter().map(|tile| tile.edges.len()).sum::<usize>(), 37);
+        runtime().block_on(compare(&file, bytes));
+    }
+}
+
+/// Lines across a grid, some of which end in it, some of which share vertices and edges.
+#[test]
+fn constraints_are_read_by_the_page_alone() {
+    let points = points_of(Kind::Grid, 400, 6);
+    let bounds = Rect::around(points.iter().copied());
+    let (width, height) = bounds.size();
+    let at = |x: f64, y: f64| Point::new(bounds.min_x + x * width, bounds.min_y + y * height);
+    let segments = [
+        [at(0.0, 0.0), at(1.0, 0.0)],
+        [at(0.1, 0.2), at(0.8, 0.9)],
+        [at(0.8, 0.9), at(0.9, 0.1)],
+        [at(0.9, 0.1), at(0.1, 0.2)],
+        [at(0.03, 0.5), at(0.11, 0.97)],
+    ];
+    for tile_vertices in [8, 50, 65536] {
+        let scratch = Scratch::new();
+        let bytes = runtime().block_on(async {
+            let mut builder = Builder::new(&scratch.path, options(tile_vertices)).unwrap();
+            for batch in batches(&points, &[]) {
+                builder.push(&batch).await.unwrap();
+            }
+            builder.push_segments(&segments).unwrap();
+            builder.finish().await.unwrap();
+            std::fs::read(&scratch.path).unwrap()
+        });
+        let file = File::read(&Page::read(), &bytes);
+        assert!(file.directory.constraint_edges > 20);
+        runtime().block_on(compare(&file, bytes));
+    }
+}
+
+/// What the page says of lines, regions and sites is what the library reads.
+async fn compare(file: &File, bytes: Vec<u8>) {
+    let reader = open_bytes(bytes).await.unwrap();
+    let (m, d) = (&reader.directory().metadata, &file.directory);
+    assert_eq!(m.constraint_edges, d.constraint_edges);
+    let counts = [
+        m.regions,
+        m.spanning_regions,
+        m.hole_regions,
+        m.hole_triangles,
+        m.sites,
+        m.crossings,
+    ];
+    assert_eq!(counts, d.counts);
+    let kinds = [LineKind::BreakLine, LineKind::Wall, LineKind::Obstacle];
+    let lines = d.lines.iter().map(|(name, kind, first, lines, edit)| LineSource {
+        name: name.clone(),
+        kind: kinds[usize::from(*kind)],
+        first: *first,
+        lines: *lines,
+        edit: *edit as u32,
+    });
+    assert_eq!(m.lines, lines.collect::<Vec<_>>());
+    assert_eq!(m.next_record, d.next_record);
+    assert_eq!((m.exterior_is_hole, &m.seeds), (d.exterior_is_hole, &d.seeds));
+    let mut owned = 0;
+    for (number, expected) in file.tiles.iter().enumerate() {
+        let tile = reader.tile(TileId(number as u32)).await.unwrap();
+        let code = |source: EdgeSource| match (source.kind(), source.depth_change()) {
+            (LineKind::BreakLine, 0) => 0,
+            (LineKind::Wall, 0) => 1,
+            (LineKind::Obstacle, 1) => 2,
+            (LineKind::Obstacle, -1) => 3,
+            other => panic!("{other:?}"),
+        };
+        let sources = |side| -> Vec<_> { tile.edge_sources(side).map(|s| (s.number(), code(s))).collect() };
+        for side in 0..3 * tile.triangle_count() {
+            let s = side as usize;
+            let found = (tile.is_constraint(side), tile.is_wall(side));
+            assert_eq!(found, (expected.constraints[s], expected.walls[s]));
+            assert_eq!(sources(side), expected.sources(s));
+        }
+        for (edge, &(from, to)) in (0..).zip(&expected.edges) {
+            assert_eq!(tile.triangle_count(), 0);
+            let corner = |corner| expected.corner(file, corner).1;
+            assert_eq!(tile.ends(edge).map(|end| end.point), [corner(from), corner(to)]);
+            let its = expected.sources_of_edge(edge as usize);
+            assert_eq!(tile.is_wall(edge), its.iter().any(|&(_, code)| code > 0));
+            assert_eq!(sources(edge), its);
+        }
+        for triangle in 0..tile.triangle_count() {
+            let found = (
+                tile.region(triangle),
+                tile.depth(triangle).into(),
+                tile.is_hole(triangle),
+            );
+            assert_eq!(found, expected.regions[triangle as usize]);
+        }
+        let id = |site: &Site<'_>| site.id.map_or_else(|| site.number.to_string(), str::to_owned);
+        let sites: Vec<_> = tile.sites().map(|s| (s.vertex as usize, s.number, id(&s))).collect();
+        assert_eq!(sites, expected.sites);
+        owned += tile.owned_constraints().count() as u64;
+    }
+    assert_eq!(owned, d.constraint_edges);
+}
+
+#[test]
+fn limits_are_those_of_the_code() {
+    let page = Page::read();
+    assert_eq!(FORMAT_VERSION, 1);
+    let (least, most) = (BuildOptions::MIN_TILE_VERTICES, BuildOptions::MAX_TILE_VERTICES);
+    assert_eq!(
+        page.limits["vertices that a tile is cut for"],
+        format!("{least} to {most}")
+    );
+    let changes = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/schema/CHANGES.md")).unwrap();
+    assert!(changes.contains(&format!("| {FORMAT_VERSION} |")));
+}
+
+/// Reads a file by the page and compares it with its points and with what the library reads.
+fn check(bytes: &[u8], points: &[Point], z: &[f64]) -> File {
+    let file = File::read(&Page::read(), bytes);
+    let directory = &file.directory;
+    assert_eq!(directory.points, points.len() as u64);
+    assert_eq!(directory.points - directory.duplicates, directory.vertices);
+    assert_eq!(
+        directory.vertices,
+        file.tiles.iter().map(|t| t.points.len() as u64).sum::<u64>()
+    );
+    assert_eq!(directory.has_z, !z.is_empty());
+
+    let mut digest = Digest::default();
+    for (number, tile) in file.tiles.iter().enumerate() {
+        assert!(!tile.points.is_empty() && tile.points.len() <= directory.tile_vertices as usize);
+        assert_eq!(tile.z.len(), if directory.has_z { tile.points.len() } else { 0 });
+        for (v, &p) in tile.points.iter().enumerate() {
+            assert_eq!(file.tile_at(p), number, "cells are half-open");
+            assert_eq!(
+                p,
+                points[tile.records[v] as usize].normalized(),
+                "records are places in the input"
+            );
+            if directory.has_z {
+                assert_eq!(tile.z[v], z[tile.records[v] as usize]);
+            }
+            digest.add_vertex(p);
+        }
+        let mut owned = 0;
+        for corners in tile.triangles() {
+            let at = corners.map(|c| tile.corner(&file, c));
+            if at.iter().min_by(|a, b| a.1.lex_cmp(b.1)).unwrap().0 == number {
+                owned += 1;
+                digest.add_triangle(at.map(|a| a.1));
+            }
+        }
+        assert_eq!(owned, tile.owned);
+        check_sides(&file, number);
+    }
+    assert_eq!(digest.triangles.count, directory.triangles);
+    assert_eq!(digest, reference(EngineKind::Native, points));
+
+    let reader = runtime().block_on(open_bytes(bytes.to_vec())).unwrap();
+    assert_eq!(reader.file_id().0, file.file_id);
+    assert_eq!((reader.generation(), reader.file_length()), (1, bytes.len() as u64));
+    let metadata = &reader.directory().metadata;
+    assert_eq!(
+        (metadata.points, metadata.duplicates),
+        (directory.points, directory.duplicates)
+    );
+    assert_eq!(metadata.producer, directory.producer);
+    assert_eq!(metadata.hull_edges, directory.hull_edges);
+    for (entry, tile) in reader.directory().tiles.iter().zip(&file.tiles) {
+        assert_eq!(
+            (entry.core.offset, entry.border.offset),
+            (tile.core_offset, tile.border_offset)
+        );
+        let b = entry.bounds;
+        assert_eq!([b.min_x, b.min_y, b.max_x, b.max_y], tile.bounds);
+    }
+    file
+}
+
+/// Sides agree with those across, and every vertex finds its whole star.
+fn check_sides(file: &File, number: usize) {
+    let tile = &file.tiles[number];
+    let triangles: Vec<_> = tile.triangles().collect();
+    let origin = |side: usize| triangles[side / 3][side % 3];
+    let next = |side: usize| side / 3 * 3 + (side + 1) % 3;
+    let own = tile.points.len();
+    for side in 0..3 * triangles.len() {
+        let (from, to) = (origin(side), origin(next(side)));
+        match tile.across(side) {
+            Across::Side(other) => {
+                assert_eq!((origin(other), origin(next(other))), (to, from));
+                assert_eq!(tile.across(other), Across::Side(side));
+            }
+            Across::Hull => assert!(from < own || to < own),
+            Across::Elsewhere => assert!(from >= own && to >= own),
+        }
+    }
+    let in_core: HashSet<usize> = triangles[..tile.core_triangles].iter().flatten().copied().collect();
+    let anywhere: HashSet<usize> = triangles.iter().flatten().copied().collect();
+    for vertex in 0..own {
+        let side = tile.side_leaving(vertex);
+        assert_eq!(side.is_some(), anywhere.contains(&vertex));
+        if let Some(side) = side {
+            assert_eq!(origin(side), vertex);
+            assert_eq!(side < 3 * tile.core_triangles, in_core.contains(&vertex));
+        }
+    }
+    assert!(
+        triangles[..tile.core_triangles]
+            .iter()
+            .flatten()
+            .all(|&corner| corner < own)
+    );
+    // The star of each vertex over all tiles is that of its own tile.
+    let star = |t: usize, id: (usize, usize)| -> HashSet<Vec<(usize, usize)>> {
+        let tile = &file.tiles[t];
+        let named = tile.triangles().map(|c| c.map(|c| tile.id(t, c)));
+        named
+            .filter(|ids| ids.contains(&id))
+            .map(|mut ids| {
+                let first = (0..3).min_by_key(|&i| ids[i]).unwrap();
+                ids.rotate_left(first);
+                ids.to_vec()
+            })
+            .collect()
+    };
+    if file.tiles.len() <= 80 {
+        for vertex in 0..own {
+            let mine = star(number, (number, vertex));
+            for other in 0..file.tiles.len() {
+                assert!(star(other, (number, vertex)).is_subset(&mine));
+            }
+        }
+    }
+}

@@ -1,0 +1,531 @@
+//! A reader of tile files that knows nothing but the page.
+
+use crc32c::crc32c;
+use delaunay_tiles::geometry::Point;
+
+use crate::format::labels::{bits, optional, read_regions, read_sites, sources};
+use crate::format::page::Page;
+use crate::support::flat::{Table, f64_at, u32_at, u64_at};
+
+pub struct File {
+    pub file_id: u128,
+    pub directory: Directory,
+    pub tiles: Vec<Tile>,
+}
+
+pub struct Directory {
+    pub tile_vertices: u32,
+    pub vertices: u64,
+    pub triangles: u64,
+    pub hull_edges: u64,
+    pub points: u64,
+    pub duplicates: u64,
+    pub has_z: bool,
+    pub producer: String,
+    /// Cut, right child or tile, axis.
+    pub nodes: Vec<(f64, u32, u32)>,
+    pub page_entries: Vec<usize>,
+    pub constraint_edges: u64,
+    /// Regions, spanning regions, regions that are holes, triangles in holes, sites, crossings.
+    pub counts: [u64; 6],
+    /// Name, kind, first, count.
+    pub lines: Vec<(String, u8, u64, u64, u64)>,
+    pub next_record: u64,
+    pub exterior_is_hole: bool,
+    pub seeds: Vec<Point>,
+}
+
+pub struct Tile {
+    pub core_offset: u64,
+    pub border_offset: u64,
+    pub owned: u32,
+    pub bounds: [f64; 4],
+    pub points: Vec<Point>,
+    pub z: Vec<f64>,
+    pub records: Vec<u64>,
+    pub core_triangles: usize,
+    corners: Vec<usize>,
+    neighbours: Vec<Option<usize>>,
+    vertex_sides: Vec<Option<usize>>,
+    /// Place, tile, index.
+    foreign: Vec<(Point, usize, usize)>,
+    border_neighbours: Vec<Across>,
+    core_links: Vec<(usize, usize)>,
+    border_vertex_sides: Vec<(usize, usize)>,
+    /// Of all sides.
+    pub constraints: Vec<bool>,
+    pub walls: Vec<bool>,
+    /// Region, depth and whether it is a hole, of each triangle.
+    pub regions: Vec<(u64, i64, bool)>,
+    /// Side, number of the source and its code, of edges within the core and of others.
+    edge_sources: [Vec<(usize, u64, u8)>; 2],
+    /// Corners of edges, in a file without triangles.
+    pub edges: Vec<(usize, usize)>,
+    /// Vertex, number, id.
+    pub sites: Vec<(usize, u64, String)>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Across {
+    Side(usize),
+    Hull,
+    Elsewhere,
+}
+
+/// The fields of a struct or superblock in bytes, by name.
+struct Fields<'a> {
+    page: &'a Page,
+    table: &'a str,
+    bytes: &'a [u8],
+}
+
+impl Fields<'_> {
+    fn raw(&self, field: &str, size: usize) -> &[u8] {
+        let place = self.page.place(self.table, field);
+        assert_eq!(place.bytes, size, "bytes of {field}");
+        &self.bytes[place.offset..place.offset + size]
+    }
+
+    fn u32(&self, field: &str) -> u32 {
+        u32_at(self.raw(field, 4), 0)
+    }
+
+    fn u64(&self, field: &str) -> u64 {
+        u64_at(self.raw(field, 8), 0)
+    }
+
+    fn f64(&self, field: &str) -> f64 {
+        f64_at(self.raw(field, 8), 0)
+    }
+}
+
+/// The structs of a vector.
+fn structs<'a>(page: &'a Page, name: &'a str, table: Table<'a>, slot: usize) -> Vec<Fields<'a>> {
+    let (first, count) = table.vector(slot).unwrap();
+    assert_eq!(first % 8, 0, "structs are aligned");
+    let size = page.size(name);
+    let chunks = table.bytes[first..first + count * size].chunks(size);
+    let fields = |bytes| Fields {
+        page,
+        table: name,
+        bytes,
+    };
+    chunks.map(fields).collect()
+}
+
+/// Integers, and the mark of each: `Err(k)` for mark k below `marks`.
+pub fn packed(page: &Page, table: Table<'_>, marks: u64) -> Vec<Result<u64, u64>> {
+    let width = usize::from(table.u8(page.slot("Packed", "width")));
+    assert!((1..=8).contains(&width));
+    let (first, length) = table.vector(page.slot("Packed", "data")).unwrap();
+    let data = &table.bytes[first..first + length];
+    let count = (length - (8 - width)) / width;
+    assert_eq!(length, count * width + 8 - width);
+    assert!(data[count * width..].iter().all(|&b| b == 0), "padding is zero");
+    let largest = u64::MAX >> (64 - 8 * width);
+    let values = data[..count * width].chunks(width).map(|bytes| {
+        let mut word = [0; 8];
+        word[..width].copy_from_slice(bytes);
+        u64::from_le_bytes(word)
+    });
+    values
+        .map(|v| if largest - v < marks { Err(largest - v) } else { Ok(v) })
+        .collect()
+}
+
+fn unmarked(page: &Page, table: Table<'_>) -> Vec<usize> {
+    packed(page, table, 0)
+        .into_iter()
+        .map(|v| v.unwrap() as usize)
+        .collect()
+}
+
+fn pairs(values: &[usize]) -> Vec<(usize, usize)> {
+    let pairs: Vec<_> = values.chunks(2).map(|pair| (pair[0], pair[1])).collect();
+    assert!(pairs.is_sorted_by(|a, b| a.0 < b.0), "pairs ascend");
+    pairs
+}
+
+impl File {
+    /// Reads a file as the writer leaves it, and checks what the page promises of its layout.
+    pub fn read(page: &Page, bytes: &[u8]) -> Self {
+        let block = page.size("Superblock");
+        assert_eq!(
+            bytes[..block],
+            bytes[block..2 * block],
+            "a new file has twice the same superblock"
+        );
+        let superblock = Fields {
+            page,
+            table: "Superblock",
+            bytes: &bytes[..block],
+        };
+        assert_eq!(superblock.raw("magic", 8), b"DELTILES");
+        assert_eq!((superblock.u32("version"), superblock.u32("features")), (1, 0));
+        assert_eq!(superblock.u64("generation"), 1);
+        assert_eq!(superblock.u64("file_length"), bytes.len() as u64);
+        assert!(
+            superblock
+                .raw("reserved", page.place("Superblock", "reserved").bytes)
+                .iter()
+                .all(|&b| b == 0)
+        );
+        let crc = page.place("Superblock", "crc").offset;
+        assert_eq!(superblock.u32("crc"), crc32c(&bytes[..crc]));
+        let file_id = u128::from_le_bytes(superblock.raw("file_id", 16).try_into().unwrap());
+
+        let start = superblock.u64("directory_offset") as usize;
+        assert_eq!((start % 4096, start >= 8192), (0, true));
+        let whole = &bytes[start..];
+        assert_eq!(
+            whole.len() as u64,
+            superblock.u64("directory_length"),
+            "the directory ends the file"
+        );
+        assert_eq!(
+            file_id,
+            xxhash_rust::xxh3::xxh3_128(whole),
+            "the file id is the hash of the directory"
+        );
+        let (root, pages) = whole.split_at(superblock.u32("root_length") as usize);
+        assert_eq!(root.len() % 8, 0);
+        assert_eq!(crc32c(root), superblock.u32("root_crc"));
+        let (directory, entries) = read_directory(page, root, pages);
+
+        // Cores from 8192 on, aligned to 4096; behind them borders, aligned to 8; gaps are zero.
+        let mut end = 2 * block;
+        let mut extent = |offset: u64, length: u32, crc: u32, alignment: usize| {
+            let offset = offset as usize;
+            assert_eq!(offset, end.next_multiple_of(alignment));
+            assert!(bytes[end..offset].iter().all(|&b| b == 0), "gaps are zero");
+            end = offset + length as usize;
+            assert_eq!(crc32c(&bytes[offset..end]), crc);
+            &bytes[offset..end]
+        };
+        let entries: Vec<Fields<'_>> = entries
+            .iter()
+            .map(|bytes| Fields {
+                page,
+                table: "TileEntry",
+                bytes,
+            })
+            .collect();
+        let part = |e: &Fields<'_>, p: &str| {
+            (
+                e.u64(&format!("{p}_offset")),
+                e.u32(&format!("{p}_length")),
+                e.u32(&format!("{p}_crc")),
+            )
+        };
+        let cores: Vec<_> = entries
+            .iter()
+            .map(|e| part(e, "core"))
+            .map(|(offset, length, crc)| extent(offset, length, crc, 4096))
+            .collect();
+        let borders: Vec<_> = entries
+            .iter()
+            .map(|e| part(e, "border"))
+            .map(|(offset, length, crc)| extent(offset, length, crc, 8))
+            .collect();
+        assert_eq!(start, end.next_multiple_of(4096));
+        assert!(bytes[end..start].iter().all(|&b| b == 0), "gaps are zero");
+
+        let parts = entries.iter().zip(cores.into_iter().zip(borders)).zip(0..);
+        let tiles = parts
+            .map(|((entry, (core, border)), id)| read_tile(page, entry, id, core, border))
+            .collect();
+        Self {
+            file_id,
+            directory,
+            tiles,
+        }
+    }
+
+    /// The tile whose cell holds a point.
+    pub fn tile_at(&self, p: Point) -> usize {
+        let mut node = 0;
+        loop {
+            let (cut, right, axis) = self.directory.nodes[node];
+            node = match axis {
+                0 if p.x <= cut => node + 1,
+                1 if p.y <= cut => node + 1,
+                2 => return right as usize,
+                _ => right as usize,
+            };
+        }
+    }
+}
+
+fn read_directory<'b>(page: &Page, root: &[u8], mut pages: &'b [u8]) -> (Directory, Vec<&'b [u8]>) {
+    let table = Table::root(root);
+    let slot = |field| page.slot("Directory", field);
+    let nodes = structs(page, "KdNode", table, slot("nodes"));
+    let nodes = nodes
+        .iter()
+        .map(|n| (n.f64("cut"), n.u32("right"), n.u32("axis")))
+        .collect();
+    let (mut entries, mut page_entries) = (Vec::new(), Vec::new());
+    let mut offset = root.len() as u64;
+    for extent in structs(page, "PageExtent", table, slot("pages")) {
+        assert_eq!(extent.u64("offset"), offset, "pages are back to back");
+        let (bytes, rest) = pages.split_at(extent.u32("length") as usize);
+        pages = rest;
+        offset += bytes.len() as u64;
+        assert_eq!((bytes.len() % 8, crc32c(bytes)), (0, extent.u32("crc")));
+        let this = Table::root(bytes);
+        assert_eq!(this.u32(page.slot("Page", "first_tile")) as usize, entries.len());
+        let (first, count) = this.vector(page.slot("Page", "entries")).unwrap();
+        let size = page.size("TileEntry");
+        entries.extend(bytes[first..first + count * size].chunks(size));
+        page_entries.push(count);
+    }
+    assert!(pages.is_empty());
+    assert_eq!(table.u32(slot("tiles")) as usize, entries.len());
+    let [vertices, triangles, hull_edges] = ["vertices", "triangles", "hull_edges"].map(|f| table.u64(slot(f)));
+    assert_eq!(
+        hull_edges,
+        if triangles == 0 {
+            0
+        } else {
+            2 * vertices - 2 - triangles
+        }
+    );
+    let bounds = ["min_x", "min_y", "max_x", "max_y"].map(|f| table.f64(slot(f)));
+    let mut around = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+    for entry in &entries {
+        let entry = Fields {
+            page,
+            table: "TileEntry",
+            bytes: entry,
+        };
+        around = [
+            around[0].min(entry.f64("min_x")),
+            around[1].min(entry.f64("min_y")),
+            around[2].max(entry.f64("max_x")),
+            around[3].max(entry.f64("max_y")),
+        ];
+    }
+    assert_eq!(bounds, around);
+    assert!(table.tables(slot("sources")).is_empty());
+    let line = |of: Table<'_>| {
+        let slot = |field| page.slot("LineSource", field);
+        let name = of.string(slot("name")).unwrap().to_owned();
+        let edit = of.u32(slot("edit"));
+        (
+            name,
+            of.u8(slot("kind")),
+            of.u64(slot("first")),
+            of.u64(slot("lines")),
+            u64::from(edit),
+        )
+    };
+    let seeds = table
+        .vector(slot("seeds"))
+        .map(|_| structs(page, "Place", table, slot("seeds")));
+    let counts = [
+        "regions",
+        "spanning_regions",
+        "hole_regions",
+        "hole_triangles",
+        "sites",
+        "crossings",
+    ];
+    assert_eq!(table.string(slot("crs")), None);
+    let directory = Directory {
+        tile_vertices: table.u32(slot("tile_vertices")),
+        vertices,
+        triangles,
+        hull_edges,
+        points: table.u64(slot("points")),
+        duplicates: table.u64(slot("duplicates")),
+        has_z: table.u8(slot("has_z")) != 0,
+        producer: table.string(slot("producer")).unwrap().to_owned(),
+        nodes,
+        page_entries,
+        constraint_edges: table.u64(slot("constraint_edges")),
+        counts: counts.map(|f| table.u64(slot(f))),
+        lines: table.tables(slot("lines")).into_iter().map(line).collect(),
+        next_record: table.u64(slot("next_record")),
+        exterior_is_hole: table.u8(slot("exterior_is_hole")) != 0,
+        seeds: seeds
+            .unwrap_or_default()
+            .iter()
+            .map(|seed| Point::new(seed.f64("x"), seed.f64("y")))
+            .collect(),
+    };
+    (directory, entries)
+}
+
+fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border_bytes: &[u8]) -> Tile {
+    let (core, border) = (Table::root(core_bytes), Table::root(border_bytes));
+    let in_core = |field| page.slot("Core", field);
+    let in_border = |field| page.slot("Border", field);
+    let tiles = [core.u32(in_core("tile")), border.u32(in_border("tile"))];
+    assert_eq!(tiles, [id; 2]);
+    let generations = [core.u32(in_core("generation")), border.u32(in_border("generation"))];
+    assert_eq!(
+        (generations, entry.u32("generation"), entry.u32("codec")),
+        ([1; 2], 1, 0)
+    );
+    let doubles = |slot| {
+        let (first, count) = core.vector(slot).unwrap_or((0, 0));
+        (0..count)
+            .map(|i| f64_at(core_bytes, first + 8 * i))
+            .collect::<Vec<f64>>()
+    };
+    let of_core = |field, marks| packed(page, core.table(in_core(field)).unwrap(), marks);
+    let of_border = |field| unmarked(page, border.table(in_border(field)).unwrap());
+    let side = |value: Result<u64, u64>| value.ok().map(|v| v as usize);
+    let first_record = core.u64(in_core("first_record"));
+    let points: Vec<Point> = doubles(in_core("coordinates"))
+        .chunks(2)
+        .map(|xy| Point::new(xy[0], xy[1]))
+        .collect();
+    let mut corners = unmarked(page, core.table(in_core("triangles")).unwrap());
+    let core_triangles = corners.len() / 3;
+    let late = of_border("triangles");
+    assert_eq!(
+        (points.len(), core_triangles, late.len() / 3),
+        (
+            entry.u32("vertices") as usize,
+            entry.u32("core_triangles") as usize,
+            entry.u32("border_triangles") as usize
+        )
+    );
+    corners.extend(late);
+    let foreign = structs(page, "ForeignVertex", border, in_border("foreign"));
+    let foreign: Vec<_> = foreign
+        .iter()
+        .map(|f| {
+            (
+                Point::new(f.f64("x"), f.f64("y")),
+                f.u32("tile") as usize,
+                f.u32("index") as usize,
+            )
+        })
+        .collect();
+    assert!(foreign.is_sorted_by_key(|f| (f.1, f.2)));
+    assert!(foreign.iter().all(|f| f.1 != id as usize));
+    let border_neighbours = packed(page, border.table(in_border("neighbours")).unwrap(), 2);
+    let triangles = [core_triangles, corners.len() / 3 - core_triangles];
+    let both = |field: &str| [(core, page.slot("Core", field)), (border, page.slot("Border", field))];
+    let of_sides = |field| -> Vec<bool> {
+        let parts = both(field).into_iter().zip(triangles);
+        parts
+            .flat_map(|((table, slot), count)| bits(table, slot, 3 * count))
+            .collect()
+    };
+    let (constraints, walls) = (of_sides("constraints"), of_sides("walls"));
+    assert!(
+        walls
+            .iter()
+            .zip(&constraints)
+            .all(|(wall, constraint)| *constraint || !wall)
+    );
+    let edges = optional(page, border, in_border("edges")).unwrap_or_default();
+    let of_edges = |field| both(field).map(|(table, slot)| optional(page, table, slot).unwrap_or_default());
+    let (edge_sides, edge_sources) = (of_edges("edge_sides"), of_edges("edge_sources"));
+    Tile {
+        core_offset: entry.u64("core_offset"),
+        border_offset: entry.u64("border_offset"),
+        owned: entry.u32("owned_triangles"),
+        bounds: ["min_x", "min_y", "max_x", "max_y"].map(|f| entry.f64(f)),
+        points,
+        z: doubles(in_core("z")),
+        records: of_core("records", 0)
+            .into_iter()
+            .map(|r| first_record + r.unwrap())
+            .collect(),
+        core_triangles,
+        corners,
+        neighbours: of_core("neighbours", 1).into_iter().map(side).collect(),
+        vertex_sides: of_core("vertex_sides", 1).into_iter().map(side).collect(),
+        foreign,
+        border_neighbours: border_neighbours
+            .into_iter()
+            .map(|value| match value {
+                Ok(side) => Across::Side(side as usize),
+                Err(0) => Across::Hull,
+                Err(_) => Across::Elsewhere,
+            })
+            .collect(),
+        core_links: pairs(&of_border("core_links")),
+        border_vertex_sides: pairs(&of_border("vertex_sides")),
+        constraints,
+        walls,
+        regions: read_regions(page, both("components"), border, triangles),
+        edges: edges
+            .chunks(2)
+            .map(|ends| (ends[0] as usize, ends[1] as usize))
+            .collect(),
+        edge_sources: [0, 1].map(|part| sources(&edge_sides[part], &edge_sources[part])),
+        sites: read_sites(page, core),
+    }
+}
+
+impl Tile {
+    /// The corners of all triangles.
+    pub fn triangles(&self) -> impl Iterator<Item = [usize; 3]> + '_ {
+        self.corners.chunks(3).map(|c| [c[0], c[1], c[2]])
+    }
+
+    /// The tile and the place of a corner; both checked against the tile that owns it.
+    pub fn corner(&self, file: &File, corner: usize) -> (usize, Point) {
+        match corner.checked_sub(self.points.len()) {
+            None => (file.tile_at(self.points[corner]), self.points[corner]),
+            Some(foreign) => {
+                let (p, tile, index) = self.foreign[foreign];
+                assert_eq!(file.tiles[tile].points[index], p);
+                (tile, p)
+            }
+        }
+    }
+
+    /// The number in the file of a corner.
+    pub fn id(&self, tile: usize, corner: usize) -> (usize, usize) {
+        match corner.checked_sub(self.points.len()) {
+            None => (tile, corner),
+            Some(foreign) => (self.foreign[foreign].1, self.foreign[foreign].2),
+        }
+    }
+
+    pub fn across(&self, side: usize) -> Across {
+        let Some(core) = self.neighbours.get(side) else {
+            return self.border_neighbours[side - self.neighbours.len()];
+        };
+        match core {
+            Some(other) => Across::Side(*other),
+            None => self
+                .core_links
+                .iter()
+                .find(|l| l.0 == side)
+                .map_or(Across::Hull, |l| Across::Side(l.1)),
+        }
+    }
+
+    pub fn side_leaving(&self, vertex: usize) -> Option<usize> {
+        let in_border = self.border_vertex_sides.iter().find(|s| s.0 == vertex);
+        self.vertex_sides[vertex].or(in_border.map(|s| s.1))
+    }
+
+    /// Numbers and codes of the sources of an edge of a file without triangles.
+    pub fn sources_of_edge(&self, edge: usize) -> Vec<(u64, u8)> {
+        let list = self.edge_sources[1].iter().filter(|entry| entry.0 == edge);
+        list.map(|&(_, number, code)| (number, code)).collect()
+    }
+
+    /// Numbers and codes of the sources of a side's edge, as seen along the side.
+    pub fn sources(&self, side: usize) -> Vec<(u64, u8)> {
+        let core_sides = 3 * self.core_triangles;
+        let other = match self.across(side) {
+            Across::Side(other) => other,
+            Across::Hull | Across::Elsewhere => side,
+        };
+        let in_core = other != side && side.max(other) < core_sides;
+        let entered = side.min(other);
+        let list = self.edge_sources[usize::from(!in_core)].iter();
+        let of_side = list.filter(|entry| entry.0 == entered);
+        let turned = |code: u8| if side != entered && code >= 2 { 5 - code } else { code };
+        of_side.map(|&(_, number, code)| (number, turned(code))).collect()
+    }
+}

@@ -1,0 +1,475 @@
+//! The promise: a damaged or hostile file gives an error or the same answer, never a panic, a hang, a huge allocation or a
+//! wrong answer.
+
+mod surgery;
+mod town;
+
+use std::io;
+use std::ops::Range;
+use std::time::Duration;
+
+use self::surgery::Patient;
+use crate::support::{self, Random, batches, file_bytes, open_bytes, points_of, reference, runtime};
+use bytes::Bytes;
+use delaunay_tiles::BuildOptions;
+use delaunay_tiles::geometry::{Point, Rect};
+use delaunay_tiles::io::{MemoryFile, ReadAt};
+use delaunay_tiles::mesh::EngineKind;
+use delaunay_tiles::store::{Digest, OpenOptions, ReadError, TileReader, VerifyError};
+use distributions::Kind;
+use futures::future::{BoxFuture, FutureExt};
+use futures::stream::{StreamExt, TryStreamExt};
+
+const LONGEST: Duration = Duration::from_secs(20);
+
+fn options() -> BuildOptions {
+    BuildOptions::default().tile_vertices(8).threads(2)
+}
+
+/// A grid, uniform points, and uniform points with z, in tiles of 8.
+fn patients() -> Vec<Patient> {
+    patients_of(8)
+}
+
+fn patients_of(width: u32) -> Vec<Patient> {
+    let n = width * width;
+    let grid: Vec<Point> = (0..n)
+        .map(|i| Point::new(f64::from(i % width), f64::from(i / width)))
+        .collect();
+    let uniform = points_of(Kind::Uniform, n.into(), 1);
+    let z: Vec<f64> = (0..n).map(f64::from).collect();
+    let build = |points: &[Point], z: &[f64]| runtime().block_on(file_bytes(&batches(points, z), options()));
+    [build(&grid, &[]), build(&uniform, &[]), build(&uniform, &z)]
+        .map(Patient::new)
+        .into()
+}
+
+/// A file with a flipped bit, without a copy of the file.
+struct Flipped {
+    bytes: Bytes,
+    at: u64,
+    mask: u8,
+}
+
+impl ReadAt for Flipped {
+    fn length(&self) -> u64 {
+        self.bytes.len() as u64
+    }
+
+    fn backend(&self) -> &'static str {
+        "flipped"
+    }
+
+    fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>> {
+        let mut part = self.bytes.slice(range.start as usize..range.end as usize);
+        if range.contains(&self.at) {
+            let mut copy = part.to_vec();
+            copy[(self.at - range.start) as usize] ^= self.mask;
+            part = copy.into();
+        }
+        futures::future::ready(Ok(part)).boxed()
+    }
+}
+
+/// What a file answers: its digest, where all of it can be read and verified.
+async fn digest_of(bytes: Vec<u8>) -> Result<Digest, String> {
+    digest_of_source(MemoryFile::new(bytes)).await
+}
+
+async fn digest_of_source(source: impl ReadAt + 'static) -> Result<Digest, String> {
+    let all = async {
+        let opened = TileReader::open_source(source, "file", OpenOptions::default()).await;
+        let reader = opened.map_err(told)?;
+        let mut tiles = reader.tiles();
+        while let Some(tile) = tiles.next().await {
+            tile.map_err(told)?;
+        }
+        reader.verify(true).await.map_err(|error| match error {
+            VerifyError::Read(error) => told(error),
+            other => other.to_string(),
+        })?;
+        reader.digest().await.map_err(told)
+    };
+    tokio::time::timeout(LONGEST, all)
+        .await
+        .expect("no file takes that long")
+}
+
+/// The text of an error. Nobody cancels here: that would be a panic in disguise.
+fn told(error: ReadError) -> String {
+    assert!(!matches!(error, ReadError::Cancelled), "a task panicked");
+    error.to_string()
+}
+
+#[test]
+fn cut_off_anywhere() {
+    for patient in patients() {
+        let bytes = &patient.bytes;
+        // Every length near the ends of parts, and every 61st elsewhere.
+        let parts = patient
+            .cores
+            .iter()
+            .chain(&patient.borders)
+            .chain(&patient.pages)
+            .chain([&patient.root]);
+        let ends: Vec<usize> = parts
+            .flat_map(|p| [p.at, p.at + p.length])
+            .chain([0, 4096, 8192, bytes.len()])
+            .collect();
+        let lengths = (0..bytes.len()).filter(|&l| l % 61 == 0 || ends.iter().any(|end| end.abs_diff(l) < 9));
+        runtime().block_on(async {
+            for length in lengths {
+                let error = open_bytes(bytes[..length].to_vec()).await.err();
+                assert!(
+                    matches!(error, Some(ReadError::Invalid { .. })),
+                    "length {length}: {error:?}"
+                );
+            }
+        });
+    }
+}
+
+#[test]
+fn bits_flipped_one_by_one() {
+    let mut flips = 0;
+    for patient in patients_of(5).into_iter().step_by(2) {
+        runtime().block_on(async {
+            let right = digest_of(patient.bytes.clone()).await.unwrap();
+            let parts = patient
+                .cores
+                .iter()
+                .chain(&patient.borders)
+                .chain(&patient.pages)
+                .chain([&patient.root]);
+            let mut bytes: Vec<usize> = parts.flat_map(|p| p.at..p.at + p.length).collect();
+            // The fields of both superblocks, and some of the reserved bytes.
+            bytes.extend((0..8192).filter(|at| matches!(at % 4096, 0..80 | 4088..) || at % 97 == 0));
+            let whole = Bytes::from(patient.bytes.clone());
+            flips += 8 * bytes.len();
+            for at in bytes {
+                for bit in 0..8 {
+                    let flipped = Flipped {
+                        bytes: whole.clone(),
+                        at: at as u64,
+                        mask: 1 << bit,
+                    };
+                    let found = digest_of_source(flipped).await;
+                    assert!(found.is_err() || found == Ok(right), "bit {bit} of byte {at}");
+                    assert_eq!(
+                        found.is_ok(),
+                        at < 8192,
+                        "bit {bit} of byte {at}: one superblock may be damaged"
+                    );
+                }
+            }
+        });
+    }
+    println!("{flips} bits flipped");
+}
+
+#[test]
+fn gaps_carry_no_meaning() {
+    for patient in patients() {
+        runtime().block_on(async {
+            let right = digest_of(patient.bytes.clone()).await.unwrap();
+            let mut bytes = patient.bytes.clone();
+            let mut parts: Vec<_> = patient
+                .cores
+                .iter()
+                .chain(&patient.borders)
+                .map(|p| (p.at, p.at + p.length))
+                .collect();
+            parts.push((patient.root.at, bytes.len()));
+            let mut end = 8192;
+            for (from, to) in parts {
+                bytes[end..from].fill(0xa5);
+                end = to;
+            }
+            bytes.extend([0x5a; 777]);
+            assert_eq!(digest_of(bytes).await, Ok(right));
+        });
+    }
+}
+
+#[test]
+fn one_superblock_is_enough() {
+    let patient = &patients()[0];
+    runtime().block_on(async {
+        let right = digest_of(patient.bytes.clone()).await;
+        for damaged in [0..4096, 4096..8192] {
+            for value in [0, 0xff] {
+                let mut bytes = patient.bytes.clone();
+                bytes[damaged.clone()].fill(value);
+                assert_eq!(digest_of(bytes.clone()).await, right);
+                bytes[..8192].fill(value);
+                assert!(digest_of(bytes).await.is_err());
+            }
+        }
+    });
+}
+
+/// How a part is changed.
+fn mutate(random: &mut Random, part: &mut [u8]) {
+    /// Numbers that are likely to hurt.
+    const AWFUL: [u64; 12] = [
+        0,
+        1,
+        2,
+        7,
+        0x7f,
+        0xff,
+        0xffff,
+        0x7fff_ffff,
+        0xffff_ffff,
+        u64::MAX >> 1,
+        u64::MAX,
+        1 << 63,
+    ];
+    for _ in 0..1 + random.below(3) {
+        let value = match random.below(3) {
+            0 => AWFUL[random.below(AWFUL.len())],
+            1 => random.bits(),
+            _ => [0.0, -0.0, 1.0, 1e300, 1e-300, f64::NAN, f64::INFINITY, 3.5][random.below(8)].to_bits(),
+        };
+        let width = [1, 1, 2, 4, 4, 8][random.below(6)].min(part.len());
+        let at = random.below(part.len() - width + 1) & !(if random.below(4) == 0 { 0 } else { width - 1 });
+        if random.below(5) == 0 {
+            // A small step up or down.
+            part[at] = part[at].wrapping_add([1, 0xff, 3, 0xfd][random.below(4)]);
+        } else {
+            part[at..at + width].copy_from_slice(&value.to_le_bytes()[..width]);
+        }
+    }
+}
+
+/// Uses everything that a service would. Only what `verify` passes must be right.
+async fn use_all(bytes: Vec<u8>, right: &Digest, story: &str) -> Outcome {
+    let Ok(reader) = open_bytes(bytes).await.map_err(told) else {
+        return Outcome::Refused;
+    };
+    let all = async {
+        let mut whole = true;
+        let mut points = Vec::new();
+        let mut tiles = reader.tiles();
+        while let Some(tile) = tiles.next().await {
+            match tile {
+                Ok(tile) => points.extend(tile.points()),
+                Err(error) => {
+                    told(error);
+                    whole = false;
+                }
+            }
+        }
+        for (x, y) in [(0.5, 0.25), (3.0, 3.0), (0.75, 0.125), (6.5, 2.0), (1e30, 0.0)] {
+            let _ = reader.locate(x, y).await.map_err(told);
+        }
+        let found: Result<Vec<_>, _> = reader.triangles_in(Rect::PLANE).try_collect().await;
+        whole &= found.map_err(told).is_ok();
+        let digest = reader.digest().await.map_err(told);
+        let shallow = reader.verify(false).await;
+        let deep = reader.verify(true).await;
+        for verified in [&shallow, &deep] {
+            if let Err(VerifyError::Read(error)) = verified {
+                told(error.clone());
+            }
+        }
+        if let Ok(report) = deep {
+            assert!(whole && shallow.is_ok(), "{story}");
+            let digest = digest.unwrap();
+            // Another place of a vertex may be right for other points, but then it must be right for those.
+            assert_eq!(digest, reference(EngineKind::Native, &points), "{story}");
+            assert_eq!(
+                (report.vertices, report.triangles),
+                (digest.vertices.count, digest.triangles.count),
+                "{story}"
+            );
+            let bounds = Rect::around(points.iter().copied());
+            assert_eq!(reader.directory().metadata.bounds, bounds, "{story}");
+            assert!(
+                points.iter().all(|p| p.x.to_bits() == p.normalized().x.to_bits()),
+                "{story}"
+            );
+            assert!(
+                points.iter().all(|p| p.y.to_bits() == p.normalized().y.to_bits()),
+                "{story}"
+            );
+            if digest == *right {
+                Outcome::Same
+            } else {
+                Outcome::OtherPoints
+            }
+        } else {
+            Outcome::Found
+        }
+    };
+    match tokio::time::timeout(LONGEST, all).await {
+        Ok(outcome) => outcome,
+        Err(_) => panic!("{story}: it hangs"),
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    Refused,
+    Found,
+    Same,
+    OtherPoints,
+}
+
+#[test]
+fn nonsense_with_right_checksums() {
+    let mut outcomes = [0; 4];
+    for (number, patient) in patients().into_iter().enumerate() {
+        let right = runtime().block_on(digest_of(patient.bytes.clone())).unwrap();
+        let runtime = runtime();
+        for seed in 0..1000 {
+            let mut random = Random(1_000_000 * number as u64 + seed);
+            let mut mutated = patient.clone();
+            let group = random.below(8);
+            let part = match group {
+                0..3 => patient.cores[random.below(patient.cores.len())],
+                3..5 => patient.borders[random.below(patient.borders.len())],
+                5..7 => patient.pages[0],
+                _ => patient.root,
+            };
+            mutate(&mut random, &mut mutated.bytes[part.at..part.at + part.length]);
+            mutated.sew();
+            let story = format!("file {number}, seed {seed}, group {group}");
+            let outcome = runtime.block_on(use_all(mutated.bytes, &right, &story));
+            outcomes[outcome as usize] += 1;
+        }
+    }
+    println!("refused, found, same, other points: {outcomes:?}");
+    assert!(outcomes[..3].iter().all(|&n| n > 50), "{outcomes:?}");
+}
+
+#[test]
+fn nonsense_in_superblocks() {
+    let patient = &patients()[1];
+    let right = runtime().block_on(digest_of(patient.bytes.clone())).unwrap();
+    let runtime = runtime();
+    for seed in 0..500 {
+        let mut random = Random(77_000 + seed);
+        let mut mutated = patient.clone();
+        mutate(&mut random, &mut mutated.bytes[8..72]);
+        mutated.sew_superblocks();
+        runtime.block_on(use_all(mutated.bytes, &right, &format!("seed {seed}")));
+    }
+}
+
+/// Counts in the directory are believed by those who allocate by them, so they must be bounded by the file.
+#[test]
+fn counts_beyond_the_file_are_refused() {
+    let patient = &patients()[1];
+    runtime().block_on(async {
+        // vertices; core, border and owned triangles.
+        for field in [40, 44, 48, 52] {
+            let mut mutated = patient.clone();
+            let entry = patient.entries[1];
+            mutated.put(entry + field, &0xffff_fff0u32.to_le_bytes());
+            fix_sums(&mut mutated);
+            mutated.sew();
+            let error = open_bytes(mutated.bytes).await.err();
+            assert!(
+                matches!(error, Some(ReadError::Invalid { .. })),
+                "field {field}: {error:?}"
+            );
+        }
+        // All tiles claim the same large extent.
+        let mut mutated = patient.clone();
+        let end = mutated.bytes.len() as u64;
+        for &entry in &patient.entries {
+            mutated.put(entry, &8192u64.to_le_bytes());
+            mutated.put(entry + 16, &((end - 8192) as u32).to_le_bytes());
+        }
+        mutated.cores.clear();
+        mutated.borders.clear();
+        mutated.sew();
+        let error = open_bytes(mutated.bytes).await.err();
+        assert!(matches!(error, Some(ReadError::Invalid { .. })), "{error:?}");
+    });
+}
+
+/// Makes the root's sums of vertices and triangles those of the entries.
+fn fix_sums(patient: &mut Patient) {
+    let sum = |field: usize| -> u64 {
+        patient
+            .entries
+            .iter()
+            .map(|e| u64::from(support::flat::u32_at(&patient.bytes, e + field)))
+            .sum()
+    };
+    let (vertices, triangles) = (sum(40), sum(52));
+    let root = support::flat::Table::root(&patient.bytes[patient.root.at..]);
+    let places = [2, 3].map(|slot| patient.root.at + root.field(slot).unwrap());
+    patient.put(places[0], &vertices.to_le_bytes());
+    patient.put(places[1], &triangles.to_le_bytes());
+}
+
+/// A service's cache is shared by files of several origins; the id is the key of a file's tiles in it.
+#[test]
+fn a_file_cannot_pass_for_another_in_a_shared_cache() {
+    let [one, other, _] = patients().try_into().ok().unwrap();
+    let mut impostor = other.clone();
+    let id = one.bytes[16..32].to_vec();
+    impostor.put(16, &id);
+    let crc = crc32c::crc32c(&impostor.bytes[..4092]);
+    impostor.put(4092, &crc.to_le_bytes());
+    impostor.bytes.copy_within(..4096, 4096);
+    let error = runtime().block_on(open_bytes(impostor.bytes)).err();
+    assert!(matches!(error, Some(ReadError::Invalid { .. })), "{error:?}");
+}
+
+#[test]
+fn no_zero_is_negative() {
+    let patient = &patients()[0];
+    let at = patient.cores[0].at;
+    let zero = [0u8; 16];
+    // The grid has its corner at the origin; its coordinates are sixteen zero bytes, aligned to eight.
+    let core = &patient.bytes[at..at + patient.cores[0].length];
+    let (first, count) = support::flat::Table::root(core).vector(2).unwrap();
+    let vertex = (0..count / 2).find(|v| core[first + 16 * v..][..16] == zero).unwrap();
+    let mut mutated = patient.clone();
+    mutated.put(at + first + 16 * vertex, &(-0.0f64).to_le_bytes());
+    mutated.sew();
+    assert!(runtime().block_on(digest_of(mutated.bytes)).is_err());
+}
+
+#[test]
+fn what_is_no_tile_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("file");
+    let mut random = Random(5);
+    let noise: Vec<u8> = (0..50_000).map(|_| random.bits() as u8).collect();
+    let text = "x,y\n1.5,2.5\n".repeat(2000).into_bytes();
+    let mut magic = vec![0; 20_000];
+    magic[..8].copy_from_slice(b"DELTILES");
+    let files = [
+        Vec::new(),
+        vec![0; 8192],
+        vec![0; 100_000],
+        noise,
+        text,
+        magic,
+        b"DELTILES".to_vec(),
+    ];
+    runtime().block_on(async {
+        for bytes in files {
+            std::fs::write(&path, &bytes).unwrap();
+            let error = TileReader::open(&path, OpenOptions::default()).await.err();
+            assert!(
+                matches!(error, Some(ReadError::Invalid { .. })),
+                "{} bytes: {error:?}",
+                bytes.len()
+            );
+        }
+        for path in [
+            folder.path().to_owned(),
+            folder.path().join("missing"),
+            path.join("below a file"),
+        ] {
+            let error = TileReader::open(&path, OpenOptions::default()).await.err();
+            assert!(matches!(error, Some(ReadError::Io { .. })), "{error:?}");
+        }
+    });
+}

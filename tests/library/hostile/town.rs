@@ -1,0 +1,220 @@
+//! Files with walls, holes, sites and regions, and of lines without any triangle, damaged in the same ways.
+
+use bytes::Bytes;
+use delaunay_tiles::Builder;
+use delaunay_tiles::geometry::{Point, Rect};
+use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
+use delaunay_tiles::query::{Mode, QueryOptions};
+use delaunay_tiles::store::{Digest, EdgeSource, LineKind, TileReader};
+use futures::stream::StreamExt;
+
+use super::surgery::Patient;
+use super::{Flipped, LONGEST, digest_of, digest_of_source, mutate, options, told};
+use crate::support::{Random, Scratch, batches, open_bytes, runtime, verify_lines};
+
+type Line = ([Point; 2], EdgeSource);
+
+/// What a file is built from.
+struct Town {
+    points: Vec<Point>,
+    lines: Vec<Line>,
+    sites: Vec<(Point, &'static str)>,
+    seeds: Vec<Point>,
+}
+
+fn at([x, y]: [f64; 2]) -> Point {
+    Point::new(x, y)
+}
+
+fn chain(kind: LineKind, number: u64, corners: &[[f64; 2]]) -> Vec<Line> {
+    let segments = corners.windows(2).map(|ends| [at(ends[0]), at(ends[1])]);
+    segments.map(|ends| (ends, EdgeSource::new(kind, number))).collect()
+}
+
+/// A house with a court, a wall, a path along a part of it, a walled garden with a hole point, and shops.
+fn town() -> Town {
+    let square = |a: f64, b: f64| [[a, a], [b, a], [b, b], [a, b], [a, a]];
+    let mut court = square(2.0, 3.0);
+    court.reverse();
+    Town {
+        points: (0..64).map(|i| at([f64::from(i % 8), f64::from(i / 8)])).collect(),
+        lines: [
+            chain(LineKind::BreakLine, 0, &[[0.0, 7.0], [4.0, 7.0], [7.0, 6.5]]),
+            chain(LineKind::Wall, 1, &[[2.0, 7.0], [6.0, 7.0]]),
+            chain(LineKind::Wall, 2, &square(5.0, 6.0)),
+            chain(LineKind::Obstacle, 3, &square(1.0, 4.0)),
+            chain(LineKind::Obstacle, 3, &court),
+        ]
+        .concat(),
+        sites: vec![
+            (at([7.0, 0.0]), "baker"),
+            (at([7.0, 0.0]), "cobbler"),
+            (at([0.5, 0.25]), "miller"),
+        ],
+        seeds: vec![at([5.5, 5.25])],
+    }
+}
+
+/// Points in line, without triangles.
+fn street() -> Town {
+    let on = |i: u32| at([f64::from(i), 9.0 - 2.0 * f64::from(i)]);
+    let between = |a, b, kind, number| ([on(a), on(b)], EdgeSource::new(kind, number));
+    Town {
+        points: (0..40).map(on).collect(),
+        lines: vec![
+            between(35, 3, LineKind::BreakLine, 0),
+            between(10, 20, LineKind::Wall, 1),
+            between(15, 16, LineKind::Wall, 2),
+        ],
+        sites: vec![(on(5), "baker"), (on(39), "miller")],
+        seeds: Vec::new(),
+    }
+}
+
+impl Town {
+    async fn build(&self) -> Patient {
+        let scratch = Scratch::new();
+        let mut builder = Builder::new(&scratch.path, options()).unwrap();
+        for (ends, source) in &self.lines {
+            let batch = SegmentBatch {
+                ends: vec![*ends],
+                lines: vec![0],
+                ..SegmentBatch::default()
+            };
+            builder.push_lines(source.kind(), source.number(), &batch).unwrap();
+        }
+        builder.push_seeds(&self.seeds).unwrap();
+        builder.push_sites(&self.sites()).unwrap();
+        for batch in batches(&self.points, &[]) {
+            builder.push(&batch).await.unwrap();
+        }
+        builder.finish().await.unwrap();
+        Patient::new(std::fs::read(&scratch.path).unwrap())
+    }
+
+    fn sites(&self) -> SiteBatch {
+        SiteBatch {
+            points: self.sites.iter().map(|site| site.0).collect(),
+            ids: self.sites.iter().map(|site| SiteId::Text(site.1.to_owned())).collect(),
+            ..SiteBatch::default()
+        }
+    }
+
+    /// Whether a file is of these lines and sites.
+    async fn is_in(&self, reader: &TileReader) -> bool {
+        let mut sites = Some(self.sites());
+        let sites = reader.verify_sites(|batch| Ok::<_, String>(sites.take().map(|all| *batch = all).is_some()));
+        sites.await.is_ok() && verify_lines(reader, self.lines.clone()).await.is_ok()
+    }
+
+    /// Uses all that a file says of lines, regions and sites. Whether it is proven, and is of these lines and sites; then it must
+    /// be right.
+    async fn use_all(&self, bytes: Vec<u8>, right: &Digest, story: &str) -> Option<bool> {
+        let reader = open_bytes(bytes).await.map_err(told).ok()?;
+        let all = async {
+            let mut tiles = reader.tiles();
+            while let Some(tile) = tiles.next().await {
+                let Ok(tile) = tile.map_err(told) else { continue };
+                for side in tile.owned_constraints() {
+                    assert!(tile.ends(side).iter().all(|end| end.point.is_valid()), "{story}");
+                    assert!(tile.edge_sources(side).count() < 1 << 20, "{story}");
+                    let _ = (tile.is_constraint(side), tile.is_wall(side));
+                }
+                for triangle in 0..tile.triangle_count() {
+                    let _ = (tile.region(triangle), tile.depth(triangle), tile.is_hole(triangle));
+                }
+                assert!(tile.sites().all(|site| tile.is_site(site.vertex)), "{story}");
+            }
+            let _ = reader.locate(3.0, 3.0).await.map_err(told);
+            let mut found = reader.triangles_in(Rect::PLANE);
+            while let Some(triangle) = found.next().await {
+                if triangle.map_err(told).is_err() {
+                    break;
+                }
+            }
+            // Walks end without a budget, whatever the triangles contradict.
+            let options = || QueryOptions::default().certified();
+            for from in [[0.5, 0.4], [6.5, -2.0], [7.5, 9.0]].map(at) {
+                let mut sites = reader.nearest_sites(from, options());
+                while let Some(Ok(site)) = sites.next().await {
+                    assert!(site.distance.value >= 0.0, "{story}");
+                }
+                for mode in [Mode::Exact, Mode::Fast] {
+                    let _ = reader.shortest_path(from, at([6.5, 7.5]), options().mode(mode)).await;
+                }
+            }
+            let digest = reader.digest().await.map_err(told);
+            let is_proven = reader.verify(true).await.is_ok();
+            let is_same = self.is_in(&reader).await;
+            if is_proven && is_same {
+                let digest = digest.unwrap();
+                // Vertices may lie elsewhere, and holes may come of other hole points.
+                if digest.vertices == right.vertices && reader.directory().metadata.seeds == self.seeds {
+                    assert_eq!(digest, *right, "{story}");
+                }
+            }
+            is_proven && is_same
+        };
+        match tokio::time::timeout(LONGEST, all).await {
+            Ok(is_right) => Some(is_right),
+            Err(_) => panic!("{story}: it hangs"),
+        }
+    }
+}
+
+#[test]
+fn towns_with_nonsense_and_right_checksums() {
+    for (number, town) in [town(), street()].into_iter().enumerate() {
+        let mut outcomes = [0; 3];
+        let runtime = runtime();
+        let patient = runtime.block_on(town.build());
+        let right = runtime.block_on(digest_of(patient.bytes.clone())).unwrap();
+        assert!(right.constraint_edges.count > 20);
+        let whole = runtime.block_on(town.use_all(patient.bytes.clone(), &right, "as it was built"));
+        assert_eq!(whole, Some(true));
+        for seed in 0..700 {
+            let mut random = Random(3_000_000 + 10_000 * number as u64 + seed);
+            let mut mutated = patient.clone();
+            let part = match random.below(8) {
+                0..3 => patient.cores[random.below(patient.cores.len())],
+                3..6 => patient.borders[random.below(patient.borders.len())],
+                6 => patient.pages[0],
+                _ => patient.root,
+            };
+            mutate(&mut random, &mut mutated.bytes[part.at..part.at + part.length]);
+            mutated.sew();
+            let story = format!("file {number}, seed {seed}");
+            let outcome = runtime.block_on(town.use_all(mutated.bytes, &right, &story));
+            outcomes[outcome.map_or(0, |is_right| 1 + usize::from(is_right))] += 1;
+        }
+        println!("refused, found, same: {outcomes:?}");
+        assert!(outcomes.iter().all(|&n| n > 30), "{outcomes:?}");
+    }
+}
+
+#[test]
+fn towns_with_flipped_bits() {
+    for town in [town(), street()] {
+        runtime().block_on(async {
+            let patient = town.build().await;
+            let right = digest_of(patient.bytes.clone()).await.unwrap();
+            let parts = patient.cores.iter().chain(&patient.borders).chain(&patient.pages);
+            let bytes: Vec<usize> = parts
+                .chain([&patient.root])
+                .flat_map(|part| part.at..part.at + part.length)
+                .collect();
+            let whole = Bytes::from(patient.bytes.clone());
+            let mut random = Random(8);
+            for _ in 0..3000 {
+                let (at, bit) = (bytes[random.below(bytes.len())], random.below(8));
+                let flipped = Flipped {
+                    bytes: whole.clone(),
+                    at: at as u64,
+                    mask: 1 << bit,
+                };
+                let found = digest_of_source(flipped).await;
+                assert!(found.is_err(), "bit {bit} of byte {at}: {found:?}, not {right:?}");
+            }
+        });
+    }
+}

@@ -1,0 +1,167 @@
+//! Damaged files and noise, of every format: points or an error, never a panic.
+//!
+//! All randomness is by a fixed seed.
+
+use crate::input::{drain, with_format};
+use delaunay_tiles::input::{Format, InputError, PointSource};
+use std::path::Path;
+
+/// SplitMix64 (Steele, Lea, Flood 2014).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        distributions::mix(self.0)
+    }
+
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
+    }
+
+    pub fn bytes(&mut self, n: usize) -> Vec<u8> {
+        (0..n).map(|_| self.next() as u8).collect()
+    }
+}
+
+/// Reads a file, with and without invalid records, and gives whether the latter went well.
+fn survives(path: &Path, bytes: &[u8], format: Format) -> bool {
+    std::fs::write(path, bytes).unwrap();
+    let read = |skip_invalid| -> Result<(), InputError> {
+        let options = with_format(format).skip_invalid(skip_invalid);
+        let read = drain(PointSource::open(&[path.to_owned()], &options)?)?;
+        assert!(read.points.len() <= 100_000, "more points than the file can have");
+        Ok(())
+    };
+    let errors = [false, true].map(|skip| read(skip).err());
+    for error in errors.iter().flatten() {
+        let message = error.to_string();
+        assert!(message.contains("hostile") && message.len() < 800, "{message}");
+    }
+    errors[0].is_none()
+}
+
+const FORMATS: [Format; 6] = [
+    Format::Text,
+    Format::F64,
+    Format::Node,
+    Format::Poly,
+    Format::GeoJson,
+    Format::Las,
+];
+
+#[test]
+fn noise() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("hostile");
+    let mut random = Random(1);
+    let heads: [&[u8]; 9] = [
+        b"",
+        b"x,y\n1,2\n",
+        b"\"",
+        b"9 2 0 0\n",
+        b"{\"type\":\"Point\",\"coordinates\":[",
+        b"LASF",
+        &[0x1f, 0x8b, 8],
+        b"\xef\xbb\xbf",
+        b"1 2 3\n\n",
+    ];
+    let likely = b"0123456789.,-+eE \t\n\r\"#{}[]:;xyz\\untf";
+    for format in FORMATS {
+        for round in 0..150 {
+            let mut bytes = heads[round % heads.len()].to_vec();
+            let length = random.below(600);
+            if round % 2 == 0 {
+                bytes.extend(random.bytes(length));
+            } else {
+                bytes.extend((0..length).map(|_| likely[random.below(likely.len())]));
+            }
+            survives(&path, &bytes, format);
+        }
+    }
+}
+
+#[test]
+fn damaged_text() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("hostile");
+    let mut random = Random(2);
+    let samples: [(&[u8], Format); 4] = [
+        (b"name,x,y,z\n\"a, b\",1.5,2,3\n# c\n\"d\n\",3,4e2,5\n", Format::Text),
+        (b"4 2 1 1\n1 0 0 7 1\n2 1 0 7 1\n3 1 1 7 1\n4 0 1 7 1\n", Format::Node),
+        (
+            br#"{"type":"Feature","properties":{"a":"\u0041"},"geometry":{"type":"LineString","coordinates":[[1,2],[3,4]]}}"#,
+            Format::GeoJson,
+        ),
+        (b"\0\0\0\0\0\0\xf0\x3f\0\0\0\0\0\0\xf0\x3f\0\0\0\0\0\0\xf0\x3f\0\0\0\0\0\0\xf0\x3f", Format::F64),
+    ];
+    for (sample, format) in samples {
+        for length in 0..=sample.len() {
+            survives(&path, &sample[..length], format);
+        }
+        for _ in 0..500 {
+            let mut bytes = sample.to_vec();
+            for _ in 0..=random.below(3) {
+                let at = random.below(bytes.len());
+                bytes[at] = random.next() as u8;
+            }
+            survives(&path, &bytes, format);
+        }
+    }
+}
+
+#[cfg(feature = "las")]
+#[test]
+fn damaged_lidar() {
+    use std::time::Instant;
+    // The decoder's panics are caught; the messages that they print are of no use here.
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("hostile");
+    let mut random = Random(3);
+    for name in [
+        "autzen.las",
+        "autzen.laz",
+        "autzen.copc.laz",
+        "extrabytes.laz",
+        "32-1-472-150-76.laz",
+    ] {
+        let whole = std::fs::read(crate::input::data(&format!("las/{name}"))).unwrap();
+        assert!(survives(&path, &whole, Format::Las), "{name}");
+        let start = u32::from_le_bytes(whole[96..100].try_into().unwrap()) as usize;
+        let mut read = 0;
+        let mut failed = 0;
+        let mut count = |good: bool| if good { read += 1 } else { failed += 1 };
+        // Up to the points at every length, behind at some.
+        let begin = Instant::now();
+        let step = 1 + whole.len() / 150;
+        for length in (0..start.min(500)).chain((start..whole.len()).step_by(step)) {
+            count(survives(&path, &whole[..length], Format::Las));
+        }
+        // Every bit of the header (of the larger files one of every byte), then some of the rest, then several at once.
+        let header = usize::from(u16::from_le_bytes([whole[94], whole[95]]));
+        let rest = (0..200).map(|_| (header + random.below(whole.len() - header), 1 << random.below(8)));
+        let flips: Vec<(usize, u8)> = (0..header)
+            .flat_map(|at| (0..8).map(move |bit| (at, 1u8 << bit)))
+            .filter(|&(at, bit)| whole.len() < 5000 || bit == 1 << (at % 8))
+            .chain(rest)
+            .collect();
+        for (at, bit) in flips {
+            let mut bytes = whole.clone();
+            bytes[at] ^= bit;
+            count(survives(&path, &bytes, Format::Las));
+        }
+        for _ in 0..120 {
+            let mut bytes = whole.clone();
+            for _ in 0..4 {
+                let at = start + random.below(whole.len() - start);
+                bytes[at] = if random.below(2) == 0 {
+                    0xff
+                } else {
+                    random.next() as u8
+                };
+            }
+            count(survives(&path, &bytes, Format::Las));
+        }
+        println!("{name}: {read} read, {failed} failed, {:?}", begin.elapsed());
+    }
+}

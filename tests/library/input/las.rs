@@ -1,0 +1,280 @@
+//! LAS, LAZ and COPC.
+
+use crate::input::{Read, assert_says, data, drain, file, shared, stream, with_format};
+use delaunay_tiles::input::{Format, InputError, InputOptions, PointSource, Returns};
+use std::path::Path;
+
+fn open(path: &Path, options: &InputOptions) -> Result<Read, InputError> {
+    PointSource::open(&[path.to_owned()], options).and_then(drain)
+}
+
+/// What the crate `las` itself reads: x, y, z, class, return number, number of returns, withheld.
+fn expected(path: &Path) -> Vec<las::Point> {
+    let mut reader = las::Reader::from_path(path).unwrap();
+    reader.read_all().unwrap().points().map(Result::unwrap).collect()
+}
+
+const FILES: [&str; 5] = [
+    "las/32-1-472-150-76.laz",
+    "las/autzen.copc.laz",
+    "las/autzen.las",
+    "las/autzen.laz",
+    "las/extrabytes.laz",
+];
+
+#[test]
+fn the_same_points_as_by_the_crate() {
+    for name in FILES {
+        let path = data(name);
+        let read = open(&path, &InputOptions::default()).unwrap();
+        let all = expected(&path);
+        let kept: Vec<_> = all.iter().enumerate().filter(|(_, p)| !p.is_withheld).collect();
+        assert!(!kept.is_empty());
+        assert_eq!(read.points.len(), kept.len(), "{name}");
+        for (n, (record, point)) in kept.iter().enumerate() {
+            assert_eq!(
+                (read.points[n], read.z[n]),
+                ((point.x, point.y), point.z),
+                "{name}: {n}"
+            );
+            assert_eq!(read.records[n], *record as u64);
+        }
+        assert_eq!(read.source.counts().records, all.len() as u64);
+        assert_eq!(read.source.counts().withheld, (all.len() - kept.len()) as u64);
+        println!("{name}: {} points, crs {:?}", all.len(), read.source.crs());
+    }
+}
+
+#[test]
+fn classes_and_returns() {
+    for name in FILES {
+        let path = data(name);
+        let all = expected(&path);
+        let count = |keep: &dyn Fn(&las::Point) -> bool| all.iter().filter(|p| !p.is_withheld && keep(p)).count();
+        for returns in [Returns::First, Returns::Last] {
+            let options = InputOptions::default().returns(returns);
+            let read = open(&path, &options).unwrap();
+            let kept = count(&|p| match returns {
+                Returns::First => p.return_number == 1,
+                _ => p.return_number == p.number_of_returns,
+            });
+            assert_eq!(read.points.len(), kept, "{name} {returns}");
+        }
+        let options = InputOptions::default().classes(vec![1, 2]);
+        let read = open(&path, &options).unwrap();
+        let kept = count(&|p| matches!(u8::from(p.classification), 1 | 2));
+        assert_eq!(read.points.len(), kept, "{name}");
+        let counts = read.source.counts();
+        assert_eq!(counts.filtered + counts.withheld, (all.len() - kept) as u64);
+    }
+}
+
+#[test]
+fn reference_systems() {
+    let crs = |name: &str| {
+        let source = PointSource::open(&[data(name)], &InputOptions::default()).unwrap();
+        source.crs().map(str::to_owned)
+    };
+    assert_eq!(crs("las/32-1-472-150-76.laz").as_deref(), Some("EPSG:25832"));
+    assert!(
+        crs("las/autzen.copc.laz")
+            .unwrap()
+            .contains(r#"AUTHORITY["EPSG","2992"]"#)
+    );
+}
+
+#[test]
+fn a_larger_file() {
+    let Some(path) = shared("lidar/autzen_trim.laz") else {
+        return;
+    };
+    let read = open(&path, &InputOptions::default()).unwrap();
+    assert_eq!(read.points.len(), 110_000);
+    let ground = InputOptions::default().classes(vec![2]);
+    let read = open(&path, &ground).unwrap();
+    assert_eq!(read.points.len(), 26_107);
+    assert_eq!(read.source.counts().filtered, 110_000 - 26_107);
+}
+
+#[test]
+fn what_is_no_las_file() {
+    let bytes = std::fs::read(data("las/autzen.las")).unwrap();
+    assert_says(
+        stream(&bytes, &with_format(Format::Las)),
+        &["stream: LAS is not read from a stream; give the name of a file"],
+    );
+    assert_says(
+        stream(&bytes, &InputOptions::default()),
+        &["LAS is not read from a stream"],
+    );
+    for no_las in [&b""[..], b"LAS", b"x,y\n1,2\n"] {
+        assert_says(
+            file("a.las", no_las, &InputOptions::default()),
+            &["a.las: the file does not begin with `LASF`; this is no LAS or LAZ file"],
+        );
+    }
+}
+
+/// Changes the bytes of `autzen.las` (version 1.2, format 1) from an offset on.
+fn changed(name: &str, changes: &[(usize, &[u8])]) -> Vec<u8> {
+    let mut bytes = std::fs::read(data(name)).unwrap();
+    for (at, change) in changes {
+        bytes[*at..at + change.len()].copy_from_slice(change);
+    }
+    bytes
+}
+
+#[test]
+fn headers_that_lie() {
+    let las = |changes: &[(usize, &[u8])]| file("a.las", changed("las/autzen.las", changes), &InputOptions::default());
+    assert_says(
+        las(&[(107, &[0xff; 4])]),
+        &["4294967295 points of 28 bytes from byte", "do not fit into 4962 bytes"],
+    );
+    assert_says(las(&[(105, &[0xff; 2])]), &["point records of 65535 bytes"]);
+    assert_says(
+        las(&[(105, &[2, 0])]),
+        &["point records of 2 bytes, where format 1 needs 28"],
+    );
+    assert_says(las(&[(104, &[11])]), &["point format 11, where 10 is the highest"]);
+    assert_says(
+        las(&[(25, &[7])]),
+        &["this is LAS version 1.7", "versions 1.0 to 1.4 are read"],
+    );
+    assert_says(
+        las(&[(100, &[0xff; 4])]),
+        &["variable length record", "is not before the points"],
+    );
+    assert_says(las(&[(96, &[0xff; 4])]), &["do not fit into 4962 bytes"]);
+    assert_says(las(&[(94, &[9, 0])]), &["a header of 9 bytes, where 227 are the least"]);
+    assert_says(
+        las(&[(131, &f64::NAN.to_le_bytes())]),
+        &["the scale or the offset", "not finite"],
+    );
+    // A scale that makes all points too large is a matter of records.
+    assert_says(
+        las(&[(131, &1e300f64.to_le_bytes())]),
+        &["record 0 (point 0): x is", "2^200"],
+    );
+    // Compressed by the header alone.
+    assert_says(
+        las(&[(104, &[0x81])]),
+        &["compressed points, but no record that tells how"],
+    );
+}
+
+#[test]
+fn cut_short() {
+    let bytes = std::fs::read(data("las/autzen.las")).unwrap();
+    assert_says(
+        file("a.las", &bytes[..bytes.len() - 1], &InputOptions::default()),
+        &["do not fit into 4961 bytes; the file is cut short"],
+    );
+}
+
+/// The number of chunks and the sizes of layers are believed by the crate `laz`: 16 bytes for each chunk, and
+/// as many bytes as a layer claims.
+#[test]
+fn claims_within_compressed_points() {
+    let name = "las/autzen.copc.laz";
+    let bytes = std::fs::read(data(name)).unwrap();
+    let u32_at = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+    let (start, length) = (u32_at(96), usize::from(bytes[105]));
+    let table = u32_at(start);
+    assert_says(
+        file(
+            "a.laz",
+            changed(name, &[(table + 4, &[0xff; 4])]),
+            &InputOptions::default(),
+        ),
+        &["a table of 4294967295 chunks in a file of 4368 bytes"],
+    );
+    let layers = start + 8 + length + 4;
+    assert_says(
+        file(
+            "a.laz",
+            changed(name, &[(layers + 4, &[0xff; 4])]),
+            &InputOptions::default(),
+        ),
+        &["a chunk of", "bytes are left of the file"],
+    );
+}
+
+/// The crate `laz` panicked at the size of chunks that such files have, though they have none, and
+/// the panic was printed.
+#[test]
+fn a_file_of_the_old_compressor_without_chunks_is_read() {
+    let path = data("las/pointwise-1.2.laz");
+    let read = open(&path, &InputOptions::default()).unwrap();
+    assert_eq!(read.points.len(), 1065);
+    let header = std::fs::read(path).unwrap();
+    let number = |at: usize| f64::from_le_bytes(header[at..at + 8].try_into().unwrap());
+    let range = |values: &mut dyn Iterator<Item = f64>| {
+        values.fold([f64::NEG_INFINITY, f64::INFINITY], |[max, min], v| {
+            [max.max(v), min.min(v)]
+        })
+    };
+    let found = [
+        range(&mut read.points.iter().map(|p| p.0)),
+        range(&mut read.points.iter().map(|p| p.1)),
+        range(&mut read.z.iter().copied()),
+    ];
+    for (n, found) in found.as_flattened().iter().enumerate() {
+        assert!((found - number(179 + 8 * n)).abs() < 1e-6, "{n}: {found}");
+    }
+}
+
+#[test]
+fn a_panic_of_the_decoder_is_known_to_be_caught() {
+    let path = data("las/autzen.laz");
+    let whole = std::fs::read(&path).unwrap();
+    let start = u32::from_le_bytes(whole[96..100].try_into().unwrap()) as usize;
+    let before = std::panic::take_hook();
+    static UNCAUGHT: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
+    static CAUGHT: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
+    let here = std::thread::current().id();
+    std::panic::set_hook(Box::new(move |panic| {
+        if std::thread::current().id() != here {
+            return before(panic);
+        }
+        let count = if delaunay_tiles::input::panic_is_caught() {
+            &CAUGHT
+        } else {
+            &UNCAUGHT
+        };
+        count.fetch_add(1, std::sync::atomic::Ordering::SeqCst);
+    }));
+    let mut random = crate::input::hostile::Random(7);
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("damaged.laz");
+    for _ in 0..3000 {
+        let mut bytes = whole.clone();
+        for _ in 0..20 {
+            let at = start + 8 + random.below(whole.len() - start - 8);
+            bytes[at] = random.next() as u8;
+        }
+        std::fs::write(&path, bytes).unwrap();
+        drop(open(&path, &InputOptions::default()));
+        if CAUGHT.load(std::sync::atomic::Ordering::SeqCst) > 0 {
+            break;
+        }
+    }
+    assert!(!delaunay_tiles::input::panic_is_caught());
+    drop(std::panic::take_hook());
+    let counts = [&CAUGHT, &UNCAUGHT].map(|count| count.load(std::sync::atomic::Ordering::SeqCst));
+    assert_eq!(counts[1], 0);
+    println!("{} panics were caught", counts[0]);
+}
+
+#[test]
+fn a_scale_of_zero_is_an_error() {
+    let whole = std::fs::read(data("las/autzen.las")).unwrap();
+    for (axis, name) in ["x", "y", "z"].iter().enumerate() {
+        for zero in [0.0f64, -0.0] {
+            let mut bytes = whole.clone();
+            bytes[131 + 8 * axis..139 + 8 * axis].copy_from_slice(&zero.to_le_bytes());
+            let says = format!("the scale of {name} is 0");
+            assert_says(file("a.las", bytes, &InputOptions::default()), &["a.las", &says]);
+        }
+    }
+}

@@ -1,0 +1,353 @@
+//! Polygons that are not as they should be: taken as they are meant where that is clear, else an error that says which and where.
+
+use std::error::Error;
+use std::fs;
+
+use delaunay_tiles::geometry::Point;
+use delaunay_tiles::{BuildError, BuildOptions, Crossings, Inverted, InvertedPolygons};
+
+use super::{Built, Input, Way};
+
+const WAYS: [Way; 3] = [(4, 1), (9, 2), (1 << 16, 1)];
+
+/// A good polygon far from all others, so that these are not the first, and there are triangles in any case.
+const CHURCH: &str = "[[[90,90],[96,90],[94,97],[90,90]]]";
+const CHURCH_AREA: f64 = 21.0;
+
+/// Builds from the coordinates of polygons behind those of a good one.
+fn build(polygons: &[&str], crossings: Crossings) -> Result<Built, Box<dyn Error>> {
+    let features = [CHURCH].iter().chain(polygons).map(|coordinates| {
+        // A MultiPolygon has an array more.
+        let kind = if coordinates.starts_with("[[[[") {
+            "MultiPolygon"
+        } else {
+            "Polygon"
+        };
+        format!(r#"{{"type":"Feature","geometry":{{"type":"{kind}","coordinates":{coordinates}}}}}"#)
+    });
+    let features = features.collect::<Vec<_>>().join(",");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("town.geojson");
+    fs::write(
+        &path,
+        format!(r#"{{"type":"FeatureCollection","features":[{features}]}}"#),
+    )
+    .unwrap();
+    let options = BuildOptions::default().crossings(crossings);
+    Input::obstacles(path).build(&options, &WAYS)
+}
+
+/// Builds from polygons that are no mistake.
+#[track_caller]
+fn accepted(polygons: &[&str]) -> Built {
+    match build(polygons, Crossings::Error) {
+        Ok(built) => built,
+        Err(error) => panic!("{polygons:?}: {error}"),
+    }
+}
+
+impl Built {
+    /// The area of holes, and how many regions they are, without the good polygon.
+    fn covered(&self) -> (f64, u64) {
+        (self.holes().area - CHURCH_AREA, self.summary.hole_regions - 1)
+    }
+
+    fn depths(&self) -> Vec<i32> {
+        let mut depths: Vec<i32> = self.triangles.iter().map(|triangle| triangle.depth).collect();
+        depths.sort_unstable();
+        depths.dedup();
+        depths
+    }
+}
+
+/// Lines of these numbers cross at this place, and no others; that is an error, and can be split.
+#[track_caller]
+fn crosses(polygons: &[&str], expected: &[(u64, u64, [f64; 2])]) -> Built {
+    let error = build(polygons, Crossings::Error).unwrap_err();
+    let Some(BuildError::Crossings { first, count }) = error.downcast_ref() else {
+        panic!("{error}");
+    };
+    let found: Vec<_> = first
+        .iter()
+        .map(|crossing| {
+            let [one, other] = crossing.lines.map(|line| line.number());
+            (one, other, [crossing.point.x, crossing.point.y])
+        })
+        .collect();
+    assert_eq!((&*found, *count), (expected, expected.len() as u64));
+    for (one, other, [x, y]) in expected {
+        let text = format!("obstacle {one} and obstacle {other} at ({x}, {y})");
+        assert!(error.to_string().contains(&text), "{error}");
+    }
+    let built = build(polygons, Crossings::Split).unwrap();
+    assert_eq!(built.summary.crossings, expected.len() as u64);
+    for (_, _, [x, y]) in expected {
+        assert!(built.vertices.iter().any(|vertex| vertex.point == Point::new(*x, *y)));
+    }
+    built
+}
+
+const SQUARE: &str = "[[[0,0],[8,0],[8,8],[0,8],[0,0]]]";
+
+#[test]
+fn rings_that_are_written_carelessly() {
+    let square = accepted(&[SQUARE]);
+    assert_eq!(square.covered(), (64.0, 1));
+    for same in [
+        "[[[0,0],[8,0],[8,8],[0,8]]]",
+        "[[[0,0],[0,8],[8,8],[8,0],[0,0]]]",
+        "[[[0,0],[0,0],[8,0],[8,0],[8,0],[8,8],[0,8],[0,0],[0,0]]]",
+        "[[[0,0],[-0.0,8],[8,8],[8,-0.0]]]",
+        "[[[8,8],[8,0],[0,0],[0,8]],[],[[3,3],[3,3]]]",
+    ] {
+        assert_eq!(accepted(&[same]).digest, square.digest, "{same}");
+    }
+    let court = accepted(&["[[[0,0],[8,0],[8,8],[0,8],[0,0]],[[2,2],[2,6],[6,6],[6,2],[2,2]]]"]);
+    assert_eq!(court.covered(), (48.0, 1));
+    for same in [
+        "[[[0,0],[8,0],[8,8],[0,8]],[[2,2],[6,2],[6,6],[2,6]]]",
+        "[[[0,0],[0,8],[8,8],[8,0]],[[2,2],[2,6],[6,6],[6,2]]]",
+    ] {
+        assert_eq!(accepted(&[same]).digest, court.digest, "{same}");
+    }
+}
+
+#[test]
+fn rings_that_cross() {
+    // A bow-tie; its larger lobe tells on which side its interior is.
+    let built = crosses(
+        &["[[[0,0],[8,8],[8,0],[0,4],[0,0]]]"],
+        &[(1, 1, [8.0 / 3.0, 8.0 / 3.0])],
+    );
+    assert!(
+        (built.covered().0 - 64.0 / 3.0 - 16.0 / 3.0).abs() < 1e-9,
+        "both lobes are covered"
+    );
+    assert_eq!(built.summary.inverted_regions, 1);
+    let first = built.summary.first_inverted.map(|first| (first.obstacle, first.point));
+    assert_eq!(first, Some((1, Point::new(0.0, 0.0))));
+    // The polygon is named by its place in the file.
+    let bow_tie = "[[[20,0],[28,4],[28,0],[20,12],[20,0]]]";
+    crosses(&[SQUARE, bow_tie], &[(2, 2, [26.0, 3.0])]);
+    // Lobes that cancel out are a wall from both sides, whose segments cross several times at one place: told of once.
+    let error = build(&["[[[0,0],[8,4],[8,0],[0,4],[0,0]]]"], Crossings::Error).unwrap_err();
+    let text = error.to_string();
+    assert!(text.contains(": obstacle 1 and obstacle 1 at (4, 2);"), "{text}");
+    assert!(!text.contains("more"), "{text}");
+    // Two that overlap.
+    let built = crosses(
+        &[SQUARE, "[[[4,4],[12,4],[12,12],[4,12],[4,4]]]"],
+        &[(1, 2, [4.0, 8.0]), (1, 2, [8.0, 4.0])],
+    );
+    assert_eq!(built.covered(), (64.0 + 64.0 - 16.0, 3));
+    assert_eq!(built.depths(), [0, 1, 2]);
+    // A ring that goes round twice.
+    let built = crosses(
+        &["[[[0,0],[8,0],[8,8],[2,8],[2,2],[6,2],[6,10],[0,10],[0,0]]]"],
+        &[(1, 1, [6.0, 8.0])],
+    );
+    assert_eq!(built.covered(), (8.0 * 8.0 + 2.0 * 6.0, 2));
+    assert_eq!(built.depths(), [0, 1, 2]);
+}
+
+#[test]
+fn polygons_that_lie_on_each_other() {
+    let twice = accepted(&[SQUARE, SQUARE]);
+    assert_eq!(twice.covered(), (64.0, 1));
+    assert_eq!(twice.depths(), [0, 1, 2]);
+    assert_eq!(twice.digest, accepted(&[SQUARE]).digest);
+    let within = accepted(&[SQUARE, "[[[2,2],[6,2],[6,6],[2,6],[2,2]]]"]);
+    assert_eq!(within.covered(), (64.0, 2));
+    assert_eq!(within.depths(), [0, 1, 2]);
+    // In the court of another there is room.
+    let in_court = accepted(&[
+        "[[[0,0],[8,0],[8,8],[0,8],[0,0]],[[2,2],[2,6],[6,6],[6,2],[2,2]]]",
+        "[[[2,2],[6,2],[6,6],[2,6],[2,2]]]",
+    ]);
+    assert_eq!(in_court.covered(), (64.0, 2));
+    assert_eq!(in_court.depths(), [0, 1]);
+}
+
+#[test]
+fn polygons_that_touch() {
+    // Along a part of a wall, in a corner, with a corner on a wall.
+    for (other, edges, area) in [
+        ("[[[8,2],[12,2],[12,5],[8,5],[8,2]]]", 9, 12.0),
+        ("[[[8,8],[10,8],[10,10],[8,10],[8,8]]]", 8, 4.0),
+        ("[[[8,4],[10,2],[10,6],[8,4]]]", 8, 4.0),
+        ("[[[8,0],[16,0],[16,8],[8,8],[8,0]]]", 7, 64.0),
+    ] {
+        let built = accepted(&[SQUARE, other]);
+        assert_eq!(built.covered(), (64.0 + area, 2), "{other}");
+        assert_eq!(built.summary.constraint_edges, edges + 3, "{other}");
+        // As one polygon of two parts it is the same, though no valid one.
+        let (one, other) = (&SQUARE, &other);
+        let parts = accepted(&[&format!("[{one},{other}]")]);
+        assert_eq!(parts.digest, built.digest, "{other}");
+        assert_eq!(parts.covered(), built.covered());
+    }
+}
+
+#[test]
+fn polygons_that_enclose_nothing() {
+    for (nothing, edges, note) in [
+        ("[[[0,0],[8,0],[4,0],[0,0]]]", 2, Some("1 rings enclose nothing")),
+        ("[[[0,0],[8,8],[0,0]]]", 1, Some("1 rings enclose nothing")),
+        ("[[[0,0],[0,0],[0,0],[0,0]]]", 0, Some("1 rings have one position only")),
+        ("[[]]", 0, None),
+        ("[]", 0, None),
+        // A court as large as its house.
+        (
+            "[[[0,0],[8,0],[8,8],[0,8],[0,0]],[[0,0],[0,8],[8,8],[8,0],[0,0]]]",
+            4,
+            None,
+        ),
+    ] {
+        let built = accepted(&[nothing]);
+        assert_eq!(built.covered(), (0.0, 0), "{nothing}");
+        assert_eq!(built.depths().last(), Some(&1));
+        assert_eq!(built.summary.constraint_edges, edges + 3, "{nothing}");
+        match note {
+            None => assert_eq!(built.notes, [""; 0]),
+            Some(note) => assert!(built.notes[0].starts_with(note), "{:?}", built.notes),
+        }
+    }
+}
+
+/// So many polygons are inside out in so many parts; that is an error which says which is the first one and where, and such parts are
+/// covered where lines that cross are split.
+#[track_caller]
+fn is_inside_out(polygons: &[&str], count: u64, parts: u64, obstacle: u64, [x, y]: [f64; 2]) -> Built {
+    let expected = Inverted {
+        obstacle,
+        point: Point::new(x, y),
+    };
+    let error = build(polygons, Crossings::Error).unwrap_err();
+    match error.downcast_ref() {
+        Some(BuildError::Inverted(InvertedPolygons { first, polygons })) => {
+            assert_eq!((*first, *polygons), (expected, count));
+        }
+        _ => panic!("{error}"),
+    }
+    let text = format!("obstacle {obstacle} is inside out at ({x}, {y})");
+    assert!(error.to_string().contains(&text), "{error}");
+    let built = build(polygons, Crossings::Split).unwrap();
+    assert_eq!(
+        (built.summary.inverted_regions, built.summary.first_inverted),
+        (parts, Some(expected))
+    );
+    assert!(built.depths().iter().all(|&depth| depth >= 0));
+    built
+}
+
+#[test]
+fn rings_that_are_nested_wrongly() {
+    let hole_outside = "[[[0,0],[8,0],[8,8],[0,8],[0,0]],[[10,2],[14,2],[14,6],[10,6],[10,2]]]";
+    let built = is_inside_out(&[hole_outside], 1, 1, 1, [10.0, 2.0]);
+    assert_eq!(built.covered(), (64.0 + 16.0, 2));
+    assert_eq!(built.depths(), [0, 1]);
+    let hole_in_hole =
+        "[[[0,0],[8,0],[8,8],[0,8],[0,0]],[[1,1],[7,1],[7,7],[1,7],[1,1]],[[3,3],[5,3],[5,5],[3,5],[3,3]]]";
+    let built = is_inside_out(&[SQUARE, hole_outside, hole_in_hole], 2, 2, 2, [10.0, 2.0]);
+    // The hole that lies in a hole is covered by another polygon; it is inside out all the same.
+    assert_eq!(built.covered(), (64.0 + 16.0, 4));
+    let built = is_inside_out(&[hole_in_hole], 1, 1, 1, [3.0, 3.0]);
+    assert_eq!(built.covered(), (64.0 - 36.0 + 4.0, 2));
+    // Twice as deep, and the wall of one that may have the hole there.
+    let twice = "[[[10,0],[18,0],[18,8],[10,8]],[[2,2],[6,2],[6,6],[2,6]],[[3,3],[5,3],[5,5],[3,5]]]";
+    let built = is_inside_out(&[twice, "[[[2,2],[2,0],[3,0],[2,2]]]"], 1, 2, 1, [2.0, 2.0]);
+    assert_eq!(built.depths(), [0, 1]);
+    // A bow-tie that has a corner where it crosses itself; its lobes are covered if both run the same way.
+    is_inside_out(
+        &["[[[0,0],[4,4],[8,12],[0,12],[4,4],[8,0],[0,0]]]"],
+        1,
+        1,
+        1,
+        [0.0, 0.0],
+    );
+    let eight = accepted(&["[[[0,0],[8,0],[4,4],[8,12],[0,12],[4,4],[0,0]]]"]);
+    assert_eq!(eight.covered(), (16.0 + 32.0, 2));
+    assert_eq!(
+        (eight.summary.inverted_regions, eight.summary.first_inverted),
+        (0, None)
+    );
+}
+
+/// Depths were sums over all polygons, so what is inside out freed what another polygon covers, without a word.
+#[test]
+fn what_is_inside_out_frees_nothing_that_another_polygon_covers() {
+    // The lobe to the right of (3, 3) runs round the wrong way, under a valid polygon.
+    let bow = "[[[0,0],[0,6],[3,3],[5,1],[5,5],[3,3],[0,0]]]";
+    let valid = "[[[3,3],[3,0],[6,0],[6,6],[3,6],[3,3]]]";
+    let built = is_inside_out(&[bow, valid], 1, 1, 1, [3.0, 3.0]);
+    assert_eq!(built.covered(), (9.0 + 18.0, 3));
+    assert_eq!(built.depths(), [0, 1, 2]);
+    is_inside_out(&[valid, bow], 1, 1, 2, [3.0, 3.0]);
+    is_inside_out(&[bow], 1, 1, 1, [3.0, 3.0]);
+    // In one feature, too.
+    let parts = format!("[{bow},{valid}]");
+    assert_eq!(is_inside_out(&[&parts], 1, 1, 1, [3.0, 3.0]).covered(), built.covered());
+    // Two that are inside out at the same place: -1 - 1 + 2.
+    let built = is_inside_out(&[bow, bow, valid, valid], 2, 2, 1, [3.0, 3.0]);
+    assert_eq!(built.depths(), [0, 1, 2, 4]);
+    // A hole beside its polygon, in another one, and one as large as another one.
+    let beside = "[[[0,0],[8,0],[8,8],[0,8]],[[10,2],[14,2],[14,6],[10,6]]]";
+    let around = "[[[9,1],[15,1],[15,7],[9,7]]]";
+    let same = "[[[10,2],[14,2],[14,6],[10,6]]]";
+    assert_eq!(
+        is_inside_out(&[beside, around], 1, 1, 1, [10.0, 2.0]).covered().0,
+        64.0 + 36.0
+    );
+    assert_eq!(
+        is_inside_out(&[same, beside], 1, 1, 2, [10.0, 2.0]).covered().0,
+        64.0 + 16.0
+    );
+    // A hole in a hole, under another polygon.
+    let nested = "[[[0,0],[9,0],[9,9],[0,9]],[[1,1],[8,1],[8,8],[1,8]],[[2,2],[4,2],[4,4],[2,4]]]";
+    assert_eq!(
+        is_inside_out(&[nested, "[[[2,2],[4,2],[4,4],[2,4]]]"], 1, 1, 1, [2.0, 2.0])
+            .covered()
+            .0,
+        81.0 - 49.0 + 4.0
+    );
+}
+
+/// A ring without area whose lobes cancel out was taken for one that encloses nothing.
+#[test]
+fn lobes_of_equal_size_are_covered_both() {
+    let bow = "[[[0,0],[0,4],[2,2],[4,0],[4,4],[2,2]]]";
+    let turned = "[[[2,2],[4,4],[4,0],[2,2],[0,4],[0,0]]]";
+    for bow in [bow, turned] {
+        let error = build(&[bow], Crossings::Error).unwrap_err();
+        assert!(error.to_string().contains("obstacle 1 is inside out at ("), "{error}");
+        let built = build(&[bow], Crossings::Split).unwrap();
+        assert_eq!((built.covered(), built.depths()), ((8.0, 2), vec![0, 1]));
+    }
+    let crossing = build(&["[[[0,0],[4,4],[4,0],[0,4]]]"], Crossings::Split).unwrap();
+    assert_eq!((crossing.covered(), crossing.summary.inverted_regions), ((8.0, 2), 1));
+}
+
+/// Where a ring crosses itself in a vertex of something else nothing crosses, and nothing told that it was inside out.
+#[test]
+fn a_ring_that_crosses_itself_in_the_corner_of_another_polygon_is_inside_out() {
+    let bow = "[[[0,0],[8,8],[8,0],[2,6],[0,0]]]";
+    let error = build(&[bow], Crossings::Error).unwrap_err();
+    assert!(
+        matches!(error.downcast_ref(), Some(BuildError::Crossings { count: 1, .. })),
+        "{error}"
+    );
+    let built = is_inside_out(&[bow, "[[[4,4],[6,20],[2,20],[4,4]]]"], 1, 1, 1, [0.0, 0.0]);
+    assert_eq!(built.covered(), (16.0 + 8.0 + 32.0, 3));
+}
+
+/// What is wrong with a polygon alone is told first, as it is known before all others have come.
+#[test]
+fn a_polygon_that_is_inside_out_comes_before_lines_that_cross() {
+    let crossing = ["[[[0,0],[8,0],[8,8],[0,8]]]", "[[[4,4],[12,4],[12,12],[4,12]]]"];
+    let beside = "[[[20,0],[28,0],[28,8],[20,8]],[[30,2],[34,2],[34,6],[30,6]]]";
+    let error = build(&[crossing[0], crossing[1], beside], Crossings::Error).unwrap_err();
+    assert!(
+        error.to_string().starts_with("obstacle 3 is inside out at (30, 2): "),
+        "{error}"
+    );
+}

@@ -1,0 +1,267 @@
+//! The promise: polygons of maps, of others' bug reports, and broken ones become the holes that a person would draw, whatever
+//! the tiles, or an error says which polygon is wrong, and where.
+//!
+//! All goes from files through the readers and the build to the tiles, as in the tool.
+
+mod bad;
+mod fixtures;
+mod maps;
+mod rings;
+
+use std::collections::{HashMap, HashSet};
+use std::error::Error;
+use std::path::PathBuf;
+
+use self::rings::Polygon;
+use crate::support::{Scratch, runtime};
+use delaunay_tiles::geometry::{Orientation, Point, orient2d};
+use delaunay_tiles::input::{InputOptions, PointBatch, PointSource, PolySource, SegmentBatch, SegmentSource};
+use delaunay_tiles::store::{Digest, EdgeSource, LineKind, TileReader};
+use delaunay_tiles::{BuildOptions, BuildSummary, Builder};
+use futures::TryStreamExt;
+
+/// The files of a build.
+#[derive(Clone, Debug, Default)]
+struct Input {
+    points: Vec<PathBuf>,
+    /// Of which the points are read too.
+    poly: Option<PathBuf>,
+    segments: Vec<PathBuf>,
+    obstacles: Vec<PathBuf>,
+}
+
+/// A triangle of a build.
+#[derive(Clone, Copy, Debug)]
+struct Triangle {
+    corners: [Point; 3],
+    depth: i32,
+    is_hole: bool,
+}
+
+/// A vertex of a build.
+#[derive(Clone, Copy, Debug)]
+struct Vertex {
+    point: Point,
+    z: Option<f64>,
+    record: u64,
+}
+
+/// What a build made.
+#[derive(Debug)]
+struct Built {
+    summary: BuildSummary,
+    digest: Digest,
+    triangles: Vec<Triangle>,
+    vertices: Vec<Vertex>,
+    /// Constraint edges and their sources.
+    edges: Vec<([Point; 2], Vec<EdgeSource>)>,
+    notes: Vec<String>,
+}
+
+/// Triangles, and how large they are together.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Part {
+    triangles: u64,
+    area: f64,
+}
+
+/// (tile vertices, threads)
+type Way = (usize, usize);
+
+const WAYS: [Way; 3] = [(16, 1), (200, 2), (1 << 16, 1)];
+
+impl Input {
+    fn obstacles(file: PathBuf) -> Self {
+        Self {
+            obstacles: vec![file],
+            ..Self::default()
+        }
+    }
+
+    /// Builds in several ways; all must give the same, or the same error.
+    fn build(&self, options: &BuildOptions, ways: &[Way]) -> Result<Built, Box<dyn Error>> {
+        let mut all = Vec::new();
+        for &(tile_vertices, threads) in ways {
+            let options = options.clone().tile_vertices(tile_vertices).threads(threads);
+            all.push(runtime().block_on(self.build_once(options)));
+        }
+        let last = all.pop().expect("there is a way");
+        for other in all {
+            match (&other, &last) {
+                (Ok(other), Ok(last)) => {
+                    assert_eq!(other.digest, last.digest);
+                    assert_eq!(other.counts(), last.counts());
+                    assert_eq!(other.notes, last.notes);
+                }
+                (Err(other), Err(last)) => assert_eq!(other.to_string(), last.to_string()),
+                _ => panic!("{:?}, {:?}", other.err(), last.err()),
+            }
+        }
+        last
+    }
+
+    async fn build_once(&self, options: BuildOptions) -> Result<Built, Box<dyn Error>> {
+        let scratch = Scratch::new();
+        let mut builder = Builder::new(&scratch.path, options)?;
+        let (mut batch, mut lines, mut notes) = (SegmentBatch::default(), 0, Vec::new());
+        for (kind, mut source) in [
+            (LineKind::BreakLine, SegmentSource::open(&self.segments)?),
+            (LineKind::Obstacle, SegmentSource::open_obstacles(&self.obstacles)?),
+        ] {
+            while source.next_batch(&mut batch)? {
+                builder.push_lines(kind, lines, &batch)?;
+            }
+            lines += source.sources().iter().map(|(_, lines)| lines).sum::<u64>();
+            notes.extend(
+                source
+                    .notes()
+                    .iter()
+                    .map(|note| note.split_once(": ").unwrap().1.to_owned()),
+            );
+        }
+        if let Some(path) = &self.poly {
+            let mut source = PolySource::open(path)?;
+            while source.next_batch(&mut batch)? {
+                builder.push_lines(LineKind::Wall, lines, &batch)?;
+            }
+            builder.push_seeds(&source.holes()?)?;
+        }
+        let files: Vec<PathBuf> = self.poly.iter().chain(&self.points).cloned().collect();
+        let mut points = PointSource::open(&files, &InputOptions::default())?;
+        let mut batch = PointBatch::default();
+        while points.next_batch(&mut batch)? {
+            builder.push(&batch).await?;
+        }
+        let summary = builder.finish().await?;
+        let reader = scratch.open().await;
+        let report = reader.verify(true).await?;
+        assert_eq!(report.constraint_edges, summary.constraint_edges);
+        Ok(Built::read(&reader, summary, notes).await)
+    }
+}
+
+impl Built {
+    async fn read(reader: &TileReader, summary: BuildSummary, notes: Vec<String>) -> Self {
+        let mut this = Self {
+            summary,
+            digest: reader.digest().await.unwrap(),
+            triangles: Vec::new(),
+            vertices: Vec::new(),
+            edges: Vec::new(),
+            notes,
+        };
+        let (mut regions, mut hole_regions) = (HashSet::new(), HashSet::new());
+        let mut tiles = reader.tiles();
+        while let Some(tile) = tiles.try_next().await.unwrap() {
+            this.triangles.extend(tile.owned_triangles().map(|triangle| Triangle {
+                corners: tile.triangle_points(triangle),
+                depth: tile.depth(triangle),
+                is_hole: tile.is_hole(triangle),
+            }));
+            for triangle in tile.owned_triangles() {
+                regions.insert(tile.region(triangle));
+                if tile.is_hole(triangle) {
+                    hole_regions.insert(tile.region(triangle));
+                }
+            }
+            this.vertices.extend((0..tile.vertex_count()).map(|vertex| Vertex {
+                point: tile.point(vertex),
+                z: tile.z(vertex),
+                record: tile.record(vertex),
+            }));
+            let edges = tile.owned_constraints().map(|side| {
+                let ends = tile.ends(side).map(|end| end.point);
+                (ends, tile.edge_sources(side).collect())
+            });
+            this.edges.extend(edges);
+        }
+        let summary = &this.summary;
+        assert_eq!(summary.triangles, this.triangles.len() as u64);
+        assert_eq!(summary.vertices, this.vertices.len() as u64);
+        assert_eq!(summary.constraint_edges, this.edges.len() as u64);
+        assert_eq!(summary.hole_triangles, this.holes().triangles);
+        assert_eq!(summary.hole_regions, hole_regions.len() as u64);
+        assert_eq!(summary.regions, regions.len() as u64);
+        this
+    }
+
+    /// What no tile size may change.
+    fn counts(&self) -> [u64; 7] {
+        let s = &self.summary;
+        [
+            s.vertices,
+            s.ends,
+            s.constraint_edges,
+            s.crossings,
+            s.regions,
+            s.hole_regions,
+            s.hole_triangles,
+        ]
+    }
+
+    fn part(&self, is_hole: bool) -> Part {
+        let triangles = self.triangles.iter().filter(|triangle| triangle.is_hole == is_hole);
+        triangles.fold(Part::default(), |part, triangle| Part {
+            triangles: part.triangles + 1,
+            area: part.area + rings::area(&triangle.corners),
+        })
+    }
+
+    fn holes(&self) -> Part {
+        self.part(true)
+    }
+
+    fn free(&self) -> Part {
+        self.part(false)
+    }
+
+    /// The rings that the constraint edges make, if each vertex has two of them or none.
+    fn rings(&self) -> Vec<Vec<Point>> {
+        let bits = |p: Point| [p.x, p.y].map(f64::to_bits);
+        let mut neighbours: HashMap<_, Vec<Point>> = HashMap::new();
+        for ([a, b], _) in &self.edges {
+            neighbours.entry(bits(*a)).or_default().push(*b);
+            neighbours.entry(bits(*b)).or_default().push(*a);
+        }
+        assert!(neighbours.values().all(|neighbours| neighbours.len() == 2));
+        let mut rings = Vec::new();
+        while let Some(&first) = neighbours.values().flatten().next() {
+            let (mut ring, mut next) = (Vec::new(), Some(first));
+            while let Some(point) = next {
+                ring.push(point);
+                let around = neighbours.remove(&bits(point)).unwrap();
+                next = around.into_iter().find(|p| neighbours.contains_key(&bits(*p)));
+            }
+            rings.push(ring);
+        }
+        rings
+    }
+
+    /// Asserts that every triangle is as deep as often the polygons go round its centroid, of every so many triangles. Returns
+    /// how many were looked at.
+    fn check_depths(&self, polygons: &[Polygon], step: usize) -> usize {
+        let segments: Vec<[Point; 2]> = polygons.iter().flat_map(|polygon| polygon.segments()).collect();
+        let mut checked = 0;
+        for triangle in self.triangles.iter().step_by(step) {
+            let [a, b, c] = triangle.corners;
+            let centroid = Point::new((a.x + b.x + c.x) / 3.0, (a.y + b.y + c.y) / 3.0);
+            let is_left = |from, to| orient2d(from, to, centroid) == Orientation::CounterClockwise;
+            // Of a sliver it may round to the outside.
+            if is_left(a, b) && is_left(b, c) && is_left(c, a) {
+                assert_eq!(triangle.depth, rings::winding(&segments, centroid), "{triangle:?}");
+                assert_eq!(triangle.is_hole, triangle.depth != 0, "{triangle:?}");
+                checked += 1;
+            }
+        }
+        checked
+    }
+}
+
+/// Asserts that two areas differ by rounding only.
+#[track_caller]
+fn assert_same_area(found: f64, expected: f64) {
+    assert!(
+        (found - expected).abs() <= 1e-9 * expected.abs(),
+        "{found}, not {expected}"
+    );
+}

@@ -1,0 +1,302 @@
+//! What queries say where there is no path, and what they may use.
+
+use std::time::Duration;
+
+use delaunay_tiles::geometry::Point;
+use delaunay_tiles::query::{Footing, PathOutcome, QueryError, QueryOptions};
+use delaunay_tiles::store::TileReader;
+use futures::{FutureExt, StreamExt, TryStreamExt};
+
+use crate::proximity::scene::{Scene, at, block, wall};
+use crate::proximity::{Walk, is_near, length, walk};
+use crate::support::{Random, runtime};
+
+/// The distance of a point from the boundary of a rectangle that it lies in.
+fn depth(p: Point, [x, y]: [i32; 2], [width, height]: [i32; 2]) -> f64 {
+    let gaps = [
+        p.x - f64::from(x),
+        f64::from(x + width) - p.x,
+        p.y - f64::from(y),
+        f64::from(y + height) - p.y,
+    ];
+    gaps.into_iter().fold(f64::INFINITY, f64::min)
+}
+
+async fn footing(reader: &TileReader, point: Point) -> Footing {
+    reader.footing(point, QueryOptions::default()).await.unwrap()
+}
+
+#[test]
+fn inside_an_obstacle() {
+    let (corner, size) = ([3, 3], [9, 6]);
+    let lines = vec![
+        block(corner, size),
+        wall(&[(4, 4), (11, 4), (11, 8)]),
+        block([5, 5], [2, 2]),
+    ];
+    let scene = Scene::on_grid(16, 12, lines);
+    let mut random = Random(1);
+    runtime().block_on(async {
+        for tile_vertices in [5, 1 << 16] {
+            let (_scratch, reader) = scene.build(tile_vertices).await;
+            for i in 0..200 {
+                let round = |v: f64| if i % 2 == 0 { v.round() } else { v };
+                let p = Point::new(round(3.1 + 8.8 * random.unit()), round(3.1 + 5.8 * random.unit()));
+                let deep = depth(p, corner, size);
+                let found = footing(&reader, p).await;
+                if deep == 0.0 {
+                    assert_eq!(found, Footing::Free);
+                    continue;
+                }
+                let Footing::InsideObstacle {
+                    nearest_free: Some(free),
+                } = found
+                else {
+                    panic!("{p:?}: {found:?}")
+                };
+                assert!(is_near(length(&[p, free]), deep), "{p:?}: {free:?}, not {deep} away");
+                for (from, to) in [(p, at(0, 0)), (at(0, 0), p), (p, p)] {
+                    let outcome = reader.shortest_path(from, to, QueryOptions::default()).await.unwrap();
+                    assert_eq!(
+                        outcome,
+                        PathOutcome::InsideObstacle {
+                            point: p,
+                            nearest_free: Some(free)
+                        }
+                    );
+                }
+                let first = reader.nearest_sites(p, QueryOptions::default()).next().await;
+                assert!(
+                    matches!(first, Some(Err(QueryError::InsideObstacle { point, .. })) if point == p),
+                    "{first:?}"
+                );
+            }
+        }
+    });
+}
+
+/// Where the outside is not free, the way in from there leads to the hull, or through holes at it.
+#[test]
+fn outside_where_that_is_no_place_to_be() {
+    let mut scene = Scene::in_room(
+        10,
+        vec![
+            wall(&[(0, 0), (10, 0), (10, 10), (0, 10), (0, 0)]),
+            block([0, 4], [3, 2]),
+        ],
+    );
+    scene
+        .points
+        .extend((0..40).map(|i| Point::new(0.21 * f64::from(i) + 0.5, f64::from(i * 7 % 10) + 0.5)));
+    scene.exterior_is_hole = true;
+    runtime().block_on(async {
+        for tile_vertices in [4, 1 << 16] {
+            let (_scratch, reader) = scene.build(tile_vertices).await;
+            for (p, expected) in [
+                (Point::new(-2.0, 1.0), Point::new(0.0, 1.0)),
+                (Point::new(-1.0, -1.0), Point::new(0.0, 0.0)),
+                (Point::new(4.0, 12.5), Point::new(4.0, 10.0)),
+                (Point::new(-0.25, 4.5), Point::new(0.0, 4.0)),
+                (Point::new(-9.0, 5.25), Point::new(0.0, 6.0)),
+                (Point::new(-0.25, 5.0), Point::new(0.0, 4.0)),
+            ] {
+                let Footing::InsideObstacle {
+                    nearest_free: Some(free),
+                } = footing(&reader, p).await
+                else {
+                    panic!("{p:?} is free")
+                };
+                assert!(
+                    is_near(length(&[p, free]), length(&[p, expected])),
+                    "{p:?}: {free:?}, not {expected:?}"
+                );
+            }
+        }
+    });
+}
+
+#[test]
+fn no_way_no_length_no_triangles() {
+    let ring = wall(&[(2, 2), (6, 2), (6, 6), (2, 6), (2, 2)]);
+    let mut scene = Scene::on_grid(9, 9, vec![ring]);
+    scene.sites = vec![at(4, 4), at(0, 0), at(2, 4), at(0, 0), at(8, 8)];
+    runtime().block_on(async {
+        let (_scratch, reader) = scene.build(9).await;
+        assert_eq!(walk(&reader, at(4, 4), at(0, 0)).await, Walk::Unreachable);
+        assert_eq!(walk(&reader, at(0, 0), Point::new(4.5, 4.5)).await, Walk::Unreachable);
+        for same in [
+            at(4, 4),
+            Point::new(3.0, 2.0),
+            Point::new(0.3, 0.4),
+            Point::new(-5.0, 3.0),
+            at(8, 8),
+        ] {
+            assert_eq!(walk(&reader, same, same).await, Walk::Length(0.0));
+        }
+        let numbers = |radius| {
+            let sites = reader.sites_within(at(0, 0), radius, QueryOptions::default());
+            sites.map_ok(|site| site.number).try_collect::<Vec<u64>>()
+        };
+        assert_eq!(numbers(0.0).await.unwrap(), [1, 3]);
+        assert_eq!(numbers(20f64.sqrt() + 1e-9).await.unwrap(), [1, 3, 2]);
+        // More than there are: the one within the ring stays out.
+        let all = reader.nearest_sites(at(0, 0), QueryOptions::default()).take(10);
+        let all: Vec<u64> = all.map_ok(|site| site.number).try_collect().await.unwrap();
+        assert_eq!(all, [1, 3, 2, 4]);
+
+        for point in [
+            Point::new(f64::NAN, 0.0),
+            Point::new(0.0, f64::INFINITY),
+            Point::new(1e300, 0.0),
+        ] {
+            let error = reader
+                .shortest_path(at(0, 0), point, QueryOptions::default())
+                .await
+                .unwrap_err();
+            assert!(matches!(error, QueryError::NotAPoint { .. }), "{error}");
+        }
+        let line = Scene {
+            points: (0..20).map(|i| at(i, i)).collect(),
+            ..Scene::default()
+        };
+        let (_scratch, reader) = line.build(9).await;
+        for from in [at(3, 3), at(0, 5), Point::new(3.5, 3.5)] {
+            let error = reader
+                .shortest_path(from, at(1, 1), QueryOptions::default())
+                .await
+                .unwrap_err();
+            assert!(matches!(error, QueryError::NoTriangles { .. }), "{error}");
+        }
+    });
+}
+
+fn town() -> Scene {
+    Scene::town_with_sites(6, 60, &mut Random(9))
+}
+
+/// What was found before the end stands, and the rest is as far away as was said.
+#[test]
+fn budgets_leave_what_was_found() {
+    runtime().block_on(async {
+        let (_scratch, reader) = town().build(30).await;
+        let from = Point::new(0.5, 16.25);
+        let whole: Vec<_> = reader
+            .nearest_sites(from, QueryOptions::default())
+            .try_collect()
+            .await
+            .unwrap();
+        assert_eq!(whole.len(), 60);
+        let mut counts = Vec::new();
+        for tiles in [0, 1, 2, 4, 8, 16, 1000] {
+            let mut sites = reader.nearest_sites(from, QueryOptions::default().max_tiles(tiles));
+            let mut found = Vec::new();
+            let end = loop {
+                match sites.next().await {
+                    Some(Ok(site)) => found.push(site),
+                    end => break end,
+                }
+            };
+            assert_eq!(found, whole[..found.len()]);
+            if tiles < 1000 {
+                let Some(Err(QueryError::OutOfBudget { at_least })) = end else {
+                    panic!("{tiles}: {end:?}")
+                };
+                assert!(whole[found.len()..].iter().all(|site| site.distance.value >= at_least));
+                assert!(
+                    found
+                        .last()
+                        .is_none_or(|last| last.distance.value <= at_least || at_least == 0.0)
+                );
+            } else {
+                assert!(end.is_none());
+            }
+            counts.push(found.len());
+        }
+        assert!(counts.is_sorted() && counts[0] == 0 && counts[5] > 3, "{counts:?}");
+
+        let to = Point::new(31.5, 20.5);
+        let path = reader.shortest_path(from, to, QueryOptions::default()).await.unwrap();
+        let PathOutcome::Found(path) = path else {
+            panic!("{path:?}")
+        };
+        for options in [
+            QueryOptions::default().max_tiles(3),
+            QueryOptions::default().max_time(Duration::ZERO),
+        ] {
+            let error = reader.shortest_path(from, to, options).await.unwrap_err();
+            let QueryError::OutOfBudget { at_least } = error else {
+                panic!("{error}")
+            };
+            assert!(at_least <= path.distance.value);
+        }
+    });
+}
+
+#[test]
+fn many_at_once_and_some_that_go_away() {
+    runtime().block_on(async {
+        let (_scratch, reader) = town().build(30).await;
+        let mut random = Random(2);
+        let points: Vec<Point> = (0..40)
+            .map(|_| Point::new(33.0 * random.unit(), 5.0 * random.below(7) as f64))
+            .collect();
+        let ask = |reader: TileReader, from: Point| async move {
+            let sites = reader.nearest_sites(from, QueryOptions::default()).take(5);
+            sites
+                .map_ok(|site| (site.number, site.distance.value))
+                .try_collect::<Vec<_>>()
+                .await
+                .unwrap()
+        };
+        let mut alone = Vec::new();
+        for &from in &points {
+            alone.push(ask(reader.clone(), from).await);
+        }
+        // Some are dropped before they have begun, some in the middle.
+        for &from in &points {
+            let mut dropped = reader.nearest_sites(from, QueryOptions::default());
+            assert!(dropped.next().now_or_never().is_none_or(|first| first.unwrap().is_ok()));
+        }
+        let tasks: Vec<_> = points
+            .iter()
+            .map(|&from| tokio::spawn(ask(reader.clone(), from)))
+            .collect();
+        for (task, alone) in tasks.into_iter().zip(alone) {
+            assert_eq!(task.await.unwrap(), alone);
+        }
+    });
+}
+
+#[test]
+fn as_the_crow_flies() {
+    runtime().block_on(async {
+        let scene = town();
+        let (_scratch, reader) = scene.build(30).await;
+        for from in [Point::new(3.5, 3.5), at(7, 7), Point::new(-4.0, 40.0)] {
+            let sites: Vec<_> = reader
+                .sites_by_air(from, QueryOptions::default())
+                .try_collect()
+                .await
+                .unwrap();
+            let mut expected: Vec<f64> = scene.sites.iter().map(|&site| length(&[from, site])).collect();
+            expected.sort_by(f64::total_cmp);
+            assert_eq!(sites.len(), expected.len());
+            assert!(sites.is_sorted_by(|a, b| (a.distance, a.site) < (b.distance, b.site)));
+            for (site, expected) in sites.iter().zip(expected) {
+                assert!(is_near(site.distance, expected) || site.distance == expected);
+                assert_eq!(site.vertex.point, scene.sites[site.site.unwrap() as usize]);
+            }
+            let vertices: Vec<_> = reader
+                .vertices_by_air(from, QueryOptions::default())
+                .try_collect()
+                .await
+                .unwrap();
+            assert_eq!(vertices.len(), 33 * 33);
+            assert!(vertices.is_sorted_by(|a, b| a.distance <= b.distance));
+            let few = reader
+                .vertices_by_air(from, QueryOptions::default().max_tiles(6))
+                .take(3);
+            assert_eq!(few.try_collect::<Vec<_>>().await.unwrap(), vertices[..3]);
+        }
+    });
+}

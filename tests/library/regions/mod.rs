@@ -1,0 +1,573 @@
+//! The promise: regions, how deep they lie under obstacles, holes, walls, the sources of edges and sites are those of a
+//! search in core, whatever the tile size, the memory, the threads, the order and the direction of lines; and `verify` proves
+//! them.
+
+mod reference;
+
+use std::collections::HashMap;
+
+use self::reference::{Expected, key};
+use crate::support::{Random, Scratch, batches, runtime, verify_lines};
+use delaunay_tiles::geometry::{Point, area_sign};
+use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
+use delaunay_tiles::store::{EdgeSource, LineKind, TileReader, VerifyError};
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Crossings, EditError, EditSummary, Editor};
+use futures::TryStreamExt;
+use proptest::prelude::*;
+
+/// Polylines, or the directed rings of an obstacle.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Line {
+    kind: LineKind,
+    rings: Vec<Vec<Point>>,
+}
+
+impl Line {
+    fn new(kind: LineKind, corners: &[(i32, i32)]) -> Self {
+        let corners = corners.iter().map(|&(x, y)| Point::new(x.into(), y.into()));
+        Self {
+            kind,
+            rings: vec![corners.collect()],
+        }
+    }
+
+    /// The outline of a rectangle, counter-clockwise: the ring of an obstacle, or, turned, of a hole in one.
+    fn rectangle(kind: LineKind, [x, y]: [i32; 2], [width, height]: [i32; 2]) -> Self {
+        let (right, top) = (x + width, y + height);
+        Self::new(kind, &[(x, y), (right, y), (right, top), (x, top), (x, y)])
+    }
+
+    fn turned(mut self) -> Self {
+        self.rings.iter_mut().for_each(|ring| ring.reverse());
+        self
+    }
+
+    /// With a hole that is as large as another line.
+    fn without(mut self, hole: Self) -> Self {
+        self.rings.extend(hole.turned().rings);
+        self
+    }
+
+    fn corners(&self) -> impl Iterator<Item = &Point> {
+        self.rings.iter().flatten()
+    }
+
+    fn segments(&self) -> impl Iterator<Item = [Point; 2]> {
+        let rings = self.rings.iter().flat_map(|ring| ring.windows(2));
+        rings.map(|pair| [pair[0], pair[1]])
+    }
+
+    /// Whether it is the ring of an obstacle that runs round the wrong way.
+    fn is_inverted(&self) -> bool {
+        let [ring] = &*self.rings else { return false };
+        self.kind == LineKind::Obstacle && area_sign(ring.iter().copied()).is_lt()
+    }
+}
+
+/// What a build is given.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Input {
+    points: Vec<Point>,
+    lines: Vec<Line>,
+    seeds: Vec<Point>,
+    exterior_is_hole: bool,
+    /// Whether rings may be nested wrongly.
+    may_be_inverted: bool,
+    sites: Vec<(Point, SiteId)>,
+}
+
+impl Input {
+    /// All points of a grid, so that lines along it may cross each other there.
+    fn on_grid(size: i32, lines: Vec<Line>) -> Self {
+        let points = (0..size).flat_map(|x| (0..size).map(move |y| Point::new(x.into(), y.into())));
+        Self {
+            points: points.collect(),
+            lines,
+            ..Self::default()
+        }
+    }
+
+    async fn build(&self, scratch: &Scratch, options: BuildOptions) -> Result<BuildSummary, BuildError> {
+        let options = options
+            .exterior_is_hole(self.exterior_is_hole)
+            .crossings(match self.may_be_inverted {
+                true => Crossings::Split,
+                false => Crossings::Error,
+            });
+        let mut builder = Builder::new(&scratch.path, options)?;
+        let mut numbered: Vec<(u64, &Line)> = (0..).zip(&self.lines).collect();
+        // Any order is as good.
+        Random(self.points.len() as u64).shuffle(&mut numbered);
+        for (number, line) in numbered {
+            let ends: Vec<[Point; 2]> = line.segments().collect();
+            let batch = SegmentBatch {
+                lines: vec![0; ends.len()],
+                ends,
+                ..SegmentBatch::default()
+            };
+            builder.push_lines(line.kind, number, &batch)?;
+        }
+        builder.push_seeds(&self.seeds)?;
+        builder.push_sites(&SiteBatch {
+            points: self.sites.iter().map(|(point, _)| *point).collect(),
+            ids: self.sites.iter().map(|(_, id)| id.clone()).collect(),
+            ..SiteBatch::default()
+        })?;
+        for batch in batches(&self.points, &[]) {
+            builder.push(&batch).await?;
+        }
+        builder.finish().await
+    }
+
+    /// The same with all obstacles the right way round: what a build covers that splits lines.
+    fn put_right(&self) -> Self {
+        let turn = |line: &Line| match line.is_inverted() {
+            true => line.clone().turned(),
+            false => line.clone(),
+        };
+        Self {
+            lines: self.lines.iter().map(turn).collect(),
+            ..self.clone()
+        }
+    }
+
+    /// Builds a file with the first lines, of which there are so many, and with the corners of the others or not; these come when it is
+    /// there. None: it has no triangles, or there are no other lines, or without their corners it is no file that they can come to.
+    async fn build_and_edit(
+        &self,
+        (built, has_corners): (usize, bool),
+        tile_vertices: usize,
+    ) -> Option<(Scratch, EditSummary)> {
+        let corners = self.lines.iter().flat_map(Line::corners);
+        let corners = corners.filter(|_| has_corners);
+        let first = Self {
+            points: self.points.iter().chain(corners).copied().collect(),
+            lines: self.lines[..built].to_vec(),
+            may_be_inverted: true,
+            ..self.clone()
+        };
+        let options = BuildOptions::default().tile_vertices(tile_vertices).memory(ENOUGH);
+        let scratch = Scratch::new();
+        let summary = match first.build(&scratch, options).await {
+            Err(BuildError::Crossings { .. }) if !has_corners => return None,
+            built => built.unwrap(),
+        };
+        if summary.triangles == 0 || built == self.lines.len() {
+            return None;
+        }
+        let segments: usize = self.lines.iter().map(|line| line.segments().count()).sum();
+        // So little that tiles have to go and come.
+        let memory = (256 << 10) + 400 * segments as u64;
+        let mut editor = Editor::open(&scratch.path, memory).await.unwrap();
+        for (line, number) in self.lines.iter().zip(0..).skip(built) {
+            let ends: Vec<[Point; 2]> = line.segments().collect();
+            let batch = SegmentBatch {
+                lines: vec![0; ends.len()],
+                ends,
+                ..SegmentBatch::default()
+            };
+            editor.push(line.kind, number, &batch).unwrap();
+        }
+        let edited = editor.finish().await;
+        if !has_corners && matches!(edited, Err(EditError::Outside { .. })) {
+            return None;
+        }
+        if self.lines[built..].iter().any(Line::is_inverted) {
+            assert!(matches!(edited, Err(EditError::Inverted { .. })), "{edited:?}");
+            return None;
+        }
+        Some((scratch, edited.unwrap()))
+    }
+
+    /// Compares a file with lines and sites.
+    async fn compare(&self, reader: &TileReader) -> Result<(), VerifyError> {
+        let numbered = self.lines.iter().zip(0..);
+        let lines = numbered.flat_map(|(line, number)| {
+            let source = EdgeSource::new(line.kind, number);
+            line.segments().map(move |ends| (ends, source))
+        });
+        verify_lines(reader, lines.collect()).await?;
+        let mut sites = self.sites.chunks(2);
+        let next = |batch: &mut SiteBatch| -> Result<bool, String> {
+            let Some(chunk) = sites.next() else { return Ok(false) };
+            (batch.points, batch.ids) = chunk.iter().cloned().unzip();
+            Ok(true)
+        };
+        reader.verify_sites(next).await.map(|_| ())
+    }
+}
+
+/// (tile vertices, merge vertices, threads, memory)
+type Way = (usize, usize, usize, u64);
+
+const ENOUGH: u64 = 1 << 30;
+const WAYS: [Way; 5] = [
+    (4, 8, 1, ENOUGH),
+    // What lines hold is more than a leaf may hold of so little, so some are put off.
+    (40, 1 << 16, 2, 1 << 20),
+    (9, 1 << 16, 2, ENOUGH),
+    (40, 100, 3, ENOUGH),
+    (1 << 16, 1 << 16, 1, ENOUGH),
+];
+
+/// Builds in several ways, and compares with what a search in core finds.
+fn check(input: &Input, ways: &[Way]) -> u64 {
+    let mut deferred = 0;
+    let right = input.put_right();
+    let expected = Expected::of(&right);
+    let input = &Input {
+        may_be_inverted: input.lines.iter().any(Line::is_inverted),
+        ..input.clone()
+    };
+    runtime().block_on(async {
+        let mut digests = Vec::new();
+        for &(tile_vertices, merge_vertices, threads, memory) in ways {
+            let scratch = Scratch::new();
+            let options = BuildOptions::default()
+                .tile_vertices(tile_vertices)
+                .merge_vertices(merge_vertices)
+                .threads(threads)
+                .memory(memory);
+            if input.may_be_inverted {
+                if memory < ENOUGH {
+                    continue;
+                }
+                let strict = Input {
+                    may_be_inverted: false,
+                    ..input.clone()
+                };
+                let refused = strict.build(&scratch, options.clone()).await;
+                assert!(matches!(refused, Err(BuildError::Inverted { .. })), "{refused:?}");
+            }
+            let summary = input.build(&scratch, options).await.unwrap();
+            deferred += summary.deferred_segments;
+            let reader = scratch.open().await;
+            let counts = [summary.regions, summary.hole_regions, summary.hole_triangles];
+            compare(&expected, &reader, counts).await;
+            if let Err(error) = reader.verify(true).await {
+                panic!("tiles of {tile_vertices}: {error}");
+            }
+            if let Err(error) = right.compare(&reader).await {
+                panic!("tiles of {tile_vertices}: {error}");
+            }
+            digests.push(reader.digest().await.unwrap());
+            let half = input.lines.len() / 2;
+            for built in [(0, true), (half, true), (0, false), (half, false)] {
+                let edited = input.build_and_edit(built, tile_vertices).await;
+                let Some((scratch, summary)) = edited else { continue };
+                let reader = scratch.open().await;
+                let way = format!("tiles of {tile_vertices}, {built:?} lines and corners from the start");
+                compare(
+                    &expected,
+                    &reader,
+                    [summary.regions, summary.hole_regions, summary.hole_triangles],
+                )
+                .await;
+                if let Err(error) = reader.verify(true).await {
+                    panic!("{way}: {error}");
+                }
+                if let Err(error) = right.compare(&reader).await {
+                    panic!("{way}: {error}");
+                }
+                digests.push(reader.digest().await.unwrap());
+            }
+        }
+        assert!(digests.windows(2).all(|pair| pair[0] == pair[1]), "{digests:?}");
+    });
+    deferred
+}
+
+/// Compares a file, and the regions, holes and triangles in these that were counted.
+async fn compare(expected: &Expected, reader: &TileReader, counts: [u64; 3]) {
+    let mut region_of: HashMap<u64, usize> = HashMap::new();
+    let (mut holes, mut triangles, mut sites) = (0, 0, Vec::new());
+    let mut sources = Vec::new();
+    let mut tiles = reader.tiles();
+    while let Some(tile) = tiles.try_next().await.unwrap() {
+        for triangle in tile.owned_triangles() {
+            let corners = tile.triangle_points(triangle);
+            let of = expected.triangles[&key(corners)];
+            assert_eq!(tile.depth(triangle), of.depth, "{corners:?}");
+            assert_eq!(tile.is_hole(triangle), of.is_hole, "{corners:?}");
+            let component = *region_of.entry(tile.region(triangle)).or_insert(of.component);
+            assert_eq!(component, of.component, "{corners:?}");
+            holes += u64::from(of.is_hole);
+            triangles += 1;
+        }
+        for side in tile.owned_constraints() {
+            let ends = tile.ends(side).map(|end| end.point);
+            let mut its: Vec<EdgeSource> = tile.edge_sources(side).collect();
+            its.sort_unstable();
+            assert_eq!(tile.is_wall(side), its.iter().any(|source| source.is_wall()));
+            sources.extend(its.into_iter().map(|source| match ends[0].lex_cmp(ends[1]).is_lt() {
+                true => (ends, source),
+                false => ([ends[1], ends[0]], source.reversed()),
+            }));
+        }
+        for site in tile.sites() {
+            let id = site.id.map_or_else(|| site.number.to_string(), str::to_owned);
+            sites.push((tile.point(site.vertex), id));
+        }
+    }
+    assert_eq!(triangles, expected.triangles.len());
+    assert_eq!(region_of.len(), expected.regions);
+    assert_eq!(
+        counts[0] as usize,
+        if expected.has_regions { expected.regions } else { 0 }
+    );
+    assert_eq!(counts[1] as usize, expected.hole_regions);
+    assert_eq!(counts[2], holes);
+    let order = |a: &([Point; 2], EdgeSource), b: &([Point; 2], EdgeSource)| {
+        let ends = a.0[0].lex_cmp(b.0[0]).then(a.0[1].lex_cmp(b.0[1]));
+        ends.then(a.1.cmp(&b.1))
+    };
+    sources.sort_by(order);
+    assert_eq!(sources, expected.sources);
+    sites.sort_by(|a, b| a.0.lex_cmp(b.0).then(a.1.cmp(&b.1)));
+    assert_eq!(sites, expected.sites);
+}
+
+#[test]
+fn nested_overlapping_and_touching_obstacles() {
+    use LineKind::{BreakLine, Obstacle, Wall};
+    let block = |at, size| Line::rectangle(Obstacle, at, size);
+    for (name, lines) in [
+        (
+            "island in a lake on an island",
+            vec![
+                block([2, 2], [16, 16]).without(block([4, 4], [10, 10])),
+                block([6, 6], [5, 5]).without(block([7, 7], [2, 2])),
+            ],
+        ),
+        (
+            "overlaps",
+            vec![block([2, 2], [9, 9]), block([5, 5], [9, 9]), block([8, 1], [3, 17])],
+        ),
+        (
+            "shared walls",
+            vec![block([2, 2], [5, 5]), block([7, 2], [5, 5]), block([2, 7], [10, 5])],
+        ),
+        ("the same twice", vec![block([3, 3], [7, 7]), block([3, 3], [7, 7])]),
+        (
+            "touching corners",
+            vec![
+                block([2, 2], [4, 4]),
+                block([6, 6], [4, 4]),
+                block([2, 6], [4, 4]).without(block([2, 6], [4, 4])),
+                block([2, 6], [4, 4]),
+            ],
+        ),
+        (
+            // The sum of depths is 0 there, and the ground was free.
+            "one that runs round the wrong way, under another",
+            vec![
+                block([2, 2], [9, 9]),
+                block([2, 2], [9, 9]).turned(),
+                block([6, 6], [9, 9]).turned(),
+            ],
+        ),
+        (
+            "holes that others cover",
+            vec![
+                block([2, 2], [14, 14]).without(block([4, 4], [6, 6])),
+                block([3, 3], [14, 14]).without(block([5, 5], [6, 6])),
+            ],
+        ),
+        (
+            "walls and break lines about",
+            vec![
+                block([4, 4], [9, 9]),
+                Line::new(Wall, &[(0, 8), (19, 8)]),
+                Line::new(BreakLine, &[(8, 0), (8, 19)]),
+                Line::rectangle(Wall, [1, 1], [2, 17]),
+                Line::rectangle(BreakLine, [10, 10], [9, 9]),
+            ],
+        ),
+        (
+            "spikes and bridges",
+            vec![
+                Line::new(
+                    Obstacle,
+                    &[
+                        (2, 2),
+                        (12, 2),
+                        (12, 8),
+                        (17, 8),
+                        (12, 8),
+                        (12, 12),
+                        (7, 12),
+                        (7, 7),
+                        (7, 12),
+                        (2, 12),
+                        (2, 2),
+                    ],
+                ),
+                Line::new(
+                    Obstacle,
+                    &[
+                        (14, 14),
+                        (18, 14),
+                        (18, 18),
+                        (14, 18),
+                        (14, 14),
+                        (1, 14),
+                        (1, 17),
+                        (1, 14),
+                        (14, 14),
+                    ],
+                ),
+            ],
+        ),
+        (
+            "all of the hull",
+            vec![block([0, 0], [19, 19]).without(block([5, 5], [3, 3]))],
+        ),
+        (
+            "a ring that goes round twice",
+            vec![Line::new(
+                Obstacle,
+                &[(2, 2), (9, 2), (9, 9), (2, 9), (2, 2), (9, 2), (9, 6), (2, 6), (2, 2)],
+            )],
+        ),
+    ] {
+        println!("{name}");
+        let mut input = Input::on_grid(20, lines);
+        check(&input, &WAYS);
+        input.exterior_is_hole = true;
+        input.seeds = vec![Point::new(1.5, 0.5), Point::new(8.0, 8.0), Point::new(100.0, 0.0)];
+        check(&input, &[WAYS[0], WAYS[2]]);
+    }
+}
+
+/// Which thread does what, and what it did before, is not to be seen in the file.
+#[test]
+fn files_do_not_depend_on_threads() {
+    let mut random = Random(3);
+    let rectangles = (0..40).map(|i| {
+        let [at, size] = [[40, 40], [20, 20]].map(|most| most.map(|most| random.below(most) as i32));
+        let kinds = [LineKind::BreakLine, LineKind::Wall, LineKind::Obstacle];
+        Line::rectangle(kinds[i % 3], at, size)
+    });
+    let input = Input::on_grid(61, rectangles.collect());
+    let bytes = |threads: usize| {
+        let scratch = Scratch::new();
+        let options = BuildOptions::default().tile_vertices(60).threads(threads);
+        runtime().block_on(input.build(&scratch, options)).unwrap();
+        std::fs::read(&scratch.path).unwrap()
+    };
+    let one = bytes(1);
+    for threads in [2, 3, 5] {
+        assert!(bytes(threads) == one, "{threads} threads");
+    }
+}
+
+/// Only lines, whose ends are all vertices there are.
+#[test]
+fn polygons_without_points() {
+    let mut random = Random(7);
+    for round in 0..20 {
+        let lines = (0..12).map(|i| {
+            let [x, y] = [4 * (i % 4), 4 * (i / 4)];
+            let size = [1, 2].map(|least| least + random.below(2) as i32);
+            let line = Line::rectangle(LineKind::Obstacle, [x, y], size);
+            if random.below(4) == 0 {
+                Line {
+                    kind: LineKind::Wall,
+                    ..line
+                }
+            } else {
+                line
+            }
+        });
+        let input = Input {
+            lines: lines.collect(),
+            exterior_is_hole: round % 2 == 0,
+            ..Input::default()
+        };
+        check(&input, &[(4, 8, 1, ENOUGH), (7, 1 << 16, 2, ENOUGH), WAYS[3]]);
+    }
+}
+
+#[test]
+fn sites_lie_on_anything_and_on_each_other() {
+    let place = |x: f64, y: f64| Point::new(x, y);
+    let mut input = Input::on_grid(12, vec![Line::rectangle(LineKind::Obstacle, [2, 2], [5, 5])]);
+    let number = SiteId::Number;
+    input.sites = vec![
+        (place(3.0, 3.0), number(7)),
+        (place(3.0, 3.0), number(7)),
+        (place(3.0, 3.0), number(2)),
+        (place(2.0, 2.0), number(3)),
+        (place(4.25, 3.5), number(u64::MAX)),
+        (place(4.25, 3.5), number(0)),
+    ];
+    check(&input, &WAYS);
+    input.sites.push((place(9.5, 9.5), SiteId::Text("café".to_owned())));
+    input.sites.push((place(9.5, 9.5), SiteId::Text("12a".to_owned())));
+    check(&input, &WAYS);
+}
+
+/// Blocks on disk, and segments that do not fit in memory.
+#[test]
+fn builds_larger_than_memory() {
+    let mut lines = Vec::new();
+    for i in 0..400 {
+        let at = [(i % 20) * 8, (i / 20) * 8];
+        let court = Line::rectangle(LineKind::Obstacle, [at[0] + 1, at[1] + 1], [4, 4]);
+        lines.push(Line::rectangle(LineKind::Obstacle, at, [6, 6]).without(court));
+        lines.push(Line::rectangle(LineKind::Wall, [at[0] + 2, at[1] + 2], [1, 2]));
+    }
+    let input = Input::on_grid(160, lines);
+    check(&input, &[(300, 1 << 16, 2, 2 << 20), (300, 1 << 16, 1, ENOUGH)]);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 120, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_rectangles_on_small_grids(
+        rectangles in prop::collection::vec((0i32..8, 0i32..8, 0i32..6, 0i32..6, 0u8..8), 1..9),
+        seeds in prop::collection::vec((-2i32..20, -2i32..20), 0..3),
+        exterior_is_hole in any::<bool>(),
+    ) {
+        let kinds = [LineKind::BreakLine, LineKind::Wall, LineKind::Obstacle, LineKind::Obstacle];
+        let lines = rectangles.into_iter().map(|(x, y, width, height, how)| {
+            let line = Line::rectangle(kinds[usize::from(how) / 2], [x, y], [width, height]);
+            if how % 2 == 1 && how < 7 { line.turned() } else { line }
+        });
+        let mut input = Input::on_grid(13, lines.collect());
+        input.exterior_is_hole = exterior_is_hole;
+        input.seeds = seeds.into_iter().map(|(x, y)| Point::new(f64::from(x) * 0.75, f64::from(y) * 0.75)).collect();
+        check(&input, &[(4, 8, 1, ENOUGH), (11, 1 << 16, 2, ENOUGH)]);
+    }
+}
+
+#[test]
+fn rings_that_are_put_off() {
+    use LineKind::{BreakLine, Obstacle, Wall};
+    let mut random = Random(11);
+    let mut place = || Point::new(random.below(1000) as f64, random.below(1000) as f64);
+    let triangle = |kind, r: i32| {
+        let corners = [
+            (500 + r, 500),
+            (500 - r / 2, 500 + r),
+            (500 - r / 3, 500 - r),
+            (500 + r, 500),
+        ];
+        Line::new(kind, &corners)
+    };
+    let input = Input {
+        points: (0..900).map(|_| place()).collect(),
+        lines: vec![
+            triangle(Obstacle, 497),
+            triangle(Obstacle, 440),
+            triangle(Obstacle, 440).without(triangle(Obstacle, 390)),
+            triangle(BreakLine, 300),
+            triangle(Wall, 250),
+            triangle(Obstacle, 200),
+            Line::new(Wall, &[(0, 2), (999, 3)]),
+        ],
+        ..Input::default()
+    };
+    assert!(check(&input, &WAYS) > 0, "nothing was put off");
+}

@@ -1,0 +1,220 @@
+//! Prints a Markdown table of nanoseconds and bytes per point: the library's kernel beside its peers.
+//!
+//! The triangulators, all single-threaded, take turns on the same input, round by round, so that noise meets all of
+//! them; medians count. The time is the thread's on the processor, which other processes lengthen far less than the time
+//! on the wall. In every run the library's kernel and spade must give the same number of triangles.
+
+use std::process::ExitCode;
+
+use cpu_time::ThreadTime;
+use delaunay_tiles::mesh::{Engine as _, Triangulation};
+use distributions::Kind;
+use lab::kernels::incremental::{Incremental, Order};
+use lab::kernels::{Contender, Input, KINDS, Outcome, Peer};
+use peakmem_alloc::{INSTRUMENTED_SYSTEM, PeakMemAlloc, PeakMemAllocTrait};
+
+#[global_allocator]
+static MEMORY: &PeakMemAlloc<std::alloc::System> = &INSTRUMENTED_SYSTEM;
+
+const USAGE: &str = "usage: kernel-table [--points N] [--rounds R] [--fresh] [--parts] [--kind NAME] [--only PEER]
+
+Triangulates N points (default 1048576) R times (default 7) with each triangulator, in turns, and prints medians.
+--fresh makes new engines in every round: the memory that the library keeps between calls is then allocated again.
+--parts adds how the second candidate's time is shared among its steps.
+--kind measures one distribution, any that there is; --only one triangulator, for a profiler.";
+
+struct Arguments {
+    points: u64,
+    rounds: usize,
+    fresh: bool,
+    parts: bool,
+    kinds: Vec<Kind>,
+    peers: Vec<Peer>,
+}
+
+fn arguments() -> Option<Arguments> {
+    let mut arguments = Arguments {
+        points: 1 << 20,
+        rounds: 7,
+        fresh: false,
+        parts: false,
+        kinds: KINDS.to_vec(),
+        peers: Peer::ALL.to_vec(),
+    };
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        match word.as_str() {
+            "--points" => arguments.points = words.next()?.parse().ok().filter(|n| (1..1 << 29).contains(n))?,
+            "--rounds" => arguments.rounds = words.next()?.parse().ok().filter(|&n| n > 0)?,
+            "--parts" => arguments.parts = true,
+            "--fresh" => arguments.fresh = true,
+            "--kind" => arguments.kinds = vec![words.next()?.parse().ok()?],
+            "--only" => {
+                let name = words.next()?;
+                arguments.peers.retain(|peer| peer.to_string() == name);
+            }
+            _ => return None,
+        }
+    }
+    (!arguments.peers.is_empty()).then_some(arguments)
+}
+
+/// What one triangulator needed for one input.
+#[derive(Default)]
+struct Measured {
+    nanoseconds: Vec<f64>,
+    triangles: usize,
+    /// Peak of the heap beside the input, and how much of it is the result that is left in the end, if that can be told
+    /// from the rest.
+    peak: usize,
+    result: Option<usize>,
+}
+
+impl Measured {
+    fn median(&self) -> f64 {
+        let mut sorted = self.nanoseconds.clone();
+        sorted.sort_unstable_by(f64::total_cmp);
+        sorted[sorted.len() / 2]
+    }
+}
+
+fn measure(arguments: &Arguments, input: &Input) -> Vec<(Peer, Measured)> {
+    let n = input.points.len() as f64;
+    let mut table: Vec<_> = arguments.peers.iter().map(|&p| (p, Measured::default())).collect();
+    let mut contenders: Vec<_> = arguments.peers.iter().map(|&p| Contender::new(p)).collect();
+    // The first round measures memory, and warms up.
+    for round in 0..=arguments.rounds {
+        for ((peer, measured), contender) in table.iter_mut().zip(&mut contenders) {
+            if arguments.fresh {
+                *contender = Contender::new(*peer);
+            }
+            let owned = contender.owned(input);
+            MEMORY.reset_peak_memory();
+            let begin = ThreadTime::now();
+            let outcome = contender.run(input, owned);
+            let time = begin.elapsed();
+            if round > 0 {
+                measured.nanoseconds.push(time.as_nanos() as f64 / n);
+            } else {
+                measured.peak = MEMORY.get_peak_memory();
+                measured.triangles = outcome.triangles();
+                measured.result = result_bytes(contender, &outcome);
+            }
+            assert_eq!(
+                outcome.triangles(),
+                measured.triangles,
+                "{peer} counts differently each time"
+            );
+        }
+        let triangles = |peer| table.iter().find(|row| row.0 == peer).map(|row| row.1.triangles);
+        if let (Some(native), Some(spade)) = (triangles(Peer::Native), triangles(Peer::Spade)) {
+            assert_eq!(native, spade, "native and spade count differently");
+        }
+    }
+    table
+}
+
+/// The bytes of the arrays that make up the result. spade works within its result.
+fn result_bytes(contender: &Contender, outcome: &Outcome) -> Option<usize> {
+    match (contender, outcome) {
+        (Contender::Engine(_, mesh), _) => {
+            Some(12 * (mesh.triangles.capacity() + mesh.neighbours.capacity()) + 4 * mesh.hull.capacity())
+        }
+        (_, Outcome::Delaunator(t)) => {
+            Some(size_of::<usize>() * (t.triangles.capacity() + t.halfedges.capacity() + t.hull.capacity()))
+        }
+        _ => None,
+    }
+}
+
+/// Prints how the second candidate's time is shared among ordering, inserting, and writing the result.
+fn print_parts(arguments: &Arguments) {
+    println!("\n| | order | ordering | inserting | writing |\n|---|---|--:|--:|--:|");
+    for &kind in &arguments.kinds {
+        let input = Input::new(kind, arguments.points);
+        for order in [Order::Brio, Order::Hilbert] {
+            let (mut engine, mut mesh) = (Incremental::new(order), Triangulation::default());
+            let mut parts = [0.0; 3];
+            for _ in 0..arguments.rounds {
+                engine.triangulate(&input.points, &mut mesh);
+                for (sum, part) in parts.iter_mut().zip(engine.parts) {
+                    *sum += 100.0 * part.as_secs_f64();
+                }
+            }
+            let whole = parts.iter().sum::<f64>() / 100.0;
+            let [ordering, inserting, writing] = parts.map(|part| part / whole);
+            println!("| {kind} | {order:?} | {ordering:.0} % | {inserting:.0} % | {writing:.0} % |");
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    let Some(arguments) = arguments() else {
+        eprintln!("{USAGE}");
+        return ExitCode::from(2);
+    };
+    let ratios = arguments.peers.len() == Peer::ALL.len();
+    let names = arguments.peers.iter().map(|p| format!(" {p} |")).collect::<String>();
+    let columns = arguments.peers.len() + 1 + 3 * usize::from(ratios);
+    let ratio_names = if ratios {
+        " native/spade | native/delaunator | native/brio |"
+    } else {
+        ""
+    };
+    println!(
+        "ns per point, {} points, median of {} rounds{}\n",
+        arguments.points,
+        arguments.rounds,
+        if arguments.fresh { ", fresh engines" } else { "" }
+    );
+    println!("| |{names}{ratio_names}");
+    println!("|---|{}", "--:|".repeat(columns - 1));
+    let mut memory = Vec::new();
+    for &kind in &arguments.kinds {
+        let input = Input::new(kind, arguments.points);
+        let table = measure(&arguments, &input);
+        print!("| {kind} |");
+        for (_, measured) in &table {
+            print!(" {:.0} |", measured.median());
+        }
+        if ratios {
+            for other in &table[1..4] {
+                print!(" {:.2} |", table[0].1.median() / other.1.median());
+            }
+        }
+        println!();
+        memory.push((kind, input.points.len() as f64, table));
+    }
+    println!("\nBytes per point at the peak beside the input: work + result\n");
+    println!("| |{names}");
+    println!("|---|{}", "--:|".repeat(arguments.peers.len()));
+    let mut wrong = Vec::new();
+    for (kind, n, table) in memory {
+        print!("| {kind} |");
+        for (peer, measured) in &table {
+            match measured.result {
+                Some(result) => print!(
+                    " {:.0} + {:.0} |",
+                    measured.peak.saturating_sub(result) as f64 / n,
+                    result as f64 / n
+                ),
+                None => print!(" {:.0} |", measured.peak as f64 / n),
+            }
+            let expected = table[0].1.triangles;
+            if measured.triangles != expected {
+                wrong.push(format!(
+                    "{kind}: {peer} has {} triangles, not {expected}",
+                    measured.triangles
+                ));
+            }
+        }
+        println!();
+    }
+    for line in wrong {
+        println!("\n{line}");
+    }
+    if arguments.parts {
+        print_parts(&arguments);
+    }
+    ExitCode::SUCCESS
+}

@@ -1,0 +1,405 @@
+//! Prints a Markdown table of microseconds per shortest path: the library's wave, from a warm cache of tiles, beside crate polyanya,
+//! which is given the same free triangles in memory, merged and baked. With `--threads`, also how many k-ONN queries a second are
+//! answered by one thread, by two, and by two that share nothing.
+//!
+//! The same pairs of points are asked of both, in turns; the time is that of the thread on the processor, but for the threads'. polyanya
+//! computes in f32, and may miss points that lie at the very edge of its mesh: such pairs, and those with a path longer by
+//! more than a part in a thousand, are counted and left out.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use cpu_time::ThreadTime;
+use delaunay_tiles::geometry::{Point, Rect};
+use delaunay_tiles::input::{
+    InputOptions, PointBatch, PointSource, PolySource, SegmentBatch, SegmentSource, SiteBatch, SiteId,
+};
+use delaunay_tiles::query::{Footing, PathOutcome, QueryOptions};
+use delaunay_tiles::store::{Cache, LineKind, OpenOptions, TileReader};
+use delaunay_tiles::{BuildOptions, Builder};
+use futures::{StreamExt, TryStreamExt};
+use polyanya::{Mesh, Polygon, Vertex};
+use tokio::runtime::{Builder as RuntimeBuilder, Runtime};
+
+const USAGE: &str = "usage: query-table [--pairs N] [--rounds R] [--threads]
+
+Asks for N shortest paths (default 200) R times (default 5) of the library and of crate polyanya, in turns, and prints medians, on a map of
+a game and on the islands of Indonesia. --threads adds queries for the 10 nearest of 1,000 sites, by one thread, by two, and by two that share nothing.";
+
+struct Arguments {
+    pairs: usize,
+    rounds: usize,
+    threads: bool,
+}
+
+fn arguments() -> Option<Arguments> {
+    let mut arguments = Arguments {
+        pairs: 200,
+        rounds: 5,
+        threads: false,
+    };
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        match word.as_str() {
+            "--pairs" => arguments.pairs = words.next()?.parse().ok().filter(|&n| n > 0)?,
+            "--rounds" => arguments.rounds = words.next()?.parse().ok().filter(|&n| n > 0)?,
+            "--threads" => arguments.threads = true,
+            _ => return None,
+        }
+    }
+    Some(arguments)
+}
+
+type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../tests/data")
+        .join(name)
+}
+
+/// A number between 0 and 1, by SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn within(&mut self, bounds: Rect) -> Point {
+        let (width, height) = bounds.size();
+        Point::new(bounds.min_x + width * self.unit(), bounds.min_y + height * self.unit())
+    }
+}
+
+async fn arena(folder: &Path) -> Result<TileReader> {
+    let path = folder.join("arena.tiles");
+    let options = BuildOptions::default().exterior_is_hole(true);
+    let mut builder = Builder::new(&path, options)?;
+    let file = data("arena/arena.poly");
+    let mut batch = SegmentBatch::default();
+    let mut source = PolySource::open(&file)?;
+    while source.next_batch(&mut batch)? {
+        builder.push_lines(LineKind::Wall, 0, &batch)?;
+    }
+    builder.push_seeds(&source.holes()?)?;
+    let mut points = PointSource::open(&[file], &InputOptions::default())?;
+    let mut batch = PointBatch::default();
+    while points.next_batch(&mut batch)? {
+        builder.push(&batch).await?;
+    }
+    finish(builder, &path).await
+}
+
+async fn islands(folder: &Path, sites: &[Point]) -> Result<TileReader> {
+    let path = folder.join(format!("islands-{}.tiles", sites.len()));
+    let mut builder = Builder::new(&path, BuildOptions::default())?;
+    let mut batch = SegmentBatch::default();
+    let mut source = SegmentSource::open_obstacles(&[data("indonesia/indonesia_ne10m.geojson")])?;
+    while source.next_batch(&mut batch)? {
+        builder.push_lines(LineKind::Obstacle, 0, &batch)?;
+    }
+    builder.push_sites(&SiteBatch {
+        points: sites.to_vec(),
+        ids: (0..sites.len() as u64).map(SiteId::Number).collect(),
+        ..SiteBatch::default()
+    })?;
+    finish(builder, &path).await
+}
+
+async fn finish(builder: Builder, path: &Path) -> Result<TileReader> {
+    builder.finish().await?;
+    let cache = Cache::new(1 << 30);
+    Ok(TileReader::open(path, OpenOptions::default().cache(&cache)).await?)
+}
+
+/// The free triangles, merged and baked.
+async fn mesh(reader: &TileReader) -> Result<Mesh> {
+    let mut numbers: HashMap<[u64; 2], u32> = HashMap::new();
+    let mut points: Vec<Point> = Vec::new();
+    let mut triangles: Vec<[u32; 3]> = Vec::new();
+    let mut tiles = reader.tiles();
+    while let Some(tile) = tiles.try_next().await? {
+        for triangle in tile.owned_triangles().filter(|&triangle| !tile.is_hole(triangle)) {
+            triangles.push(tile.triangle_points(triangle).map(|p| {
+                *numbers.entry([p.x.to_bits(), p.y.to_bits()]).or_insert_with(|| {
+                    points.push(p);
+                    points.len() as u32 - 1
+                })
+            }));
+        }
+    }
+    let mut left: HashMap<[u32; 2], u32> = HashMap::new();
+    for (&[a, b, c], number) in triangles.iter().zip(0..) {
+        left.extend([([a, b], number), ([b, c], number), ([c, a], number)]);
+    }
+    let apex = |from: u32, number: u32| {
+        let corners = triangles[number as usize];
+        let place = corners.iter().position(|&corner| corner == from).unwrap_or(0);
+        corners[(place + 2) % 3]
+    };
+    // Triangles round each vertex, counter-clockwise, with a mark wherever there is none in between.
+    let mut round: Vec<Vec<u32>> = vec![Vec::new(); points.len()];
+    let mut of_vertex: Vec<Vec<(u32, u32)>> = vec![Vec::new(); points.len()];
+    for (&[a, b, c], number) in triangles.iter().zip(0..) {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            of_vertex[from as usize].push((to, number));
+        }
+    }
+    for (vertex, (round, its)) in (0..).zip(round.iter_mut().zip(&of_vertex)) {
+        // Fans that begin where nothing is on the right; or the only one, all round.
+        let mut starts: Vec<(u32, u32)> = its
+            .iter()
+            .copied()
+            .filter(|&(to, _)| !left.contains_key(&[to, vertex]))
+            .collect();
+        starts.sort_by(|a, b| {
+            let angle = |to: u32| {
+                let (p, q) = (points[vertex as usize], points[to as usize]);
+                (q.y - p.y).atan2(q.x - p.x)
+            };
+            angle(a.0).total_cmp(&angle(b.0))
+        });
+        let is_closed = starts.is_empty();
+        if is_closed {
+            starts.extend(its.first());
+        }
+        for (_, start) in starts {
+            let mut number = start;
+            loop {
+                round.push(number);
+                match left.get(&[vertex, apex(vertex, number)]) {
+                    Some(&next) if next != start => number = next,
+                    _ => break,
+                }
+            }
+            if !is_closed {
+                round.push(u32::MAX);
+            }
+        }
+    }
+    let vertices = points.iter().zip(round);
+    let vertices = vertices.map(|(p, round)| Vertex::new(glam::vec2(p.x as f32, p.y as f32), round));
+    let polygons = triangles.iter().map(|corners| Polygon::new(corners.to_vec(), false));
+    let mut mesh = Mesh::new(vertices.collect(), polygons.collect())?;
+    while mesh.merge_polygons() {}
+    mesh.bake();
+    Ok(mesh)
+}
+
+fn peer_point(p: Point) -> glam::Vec2 {
+    glam::vec2(p.x as f32, p.y as f32)
+}
+
+/// Free pairs of points.
+async fn pairs(reader: &TileReader, count: usize) -> Result<Vec<[Point; 2]>> {
+    let mut random = Random(1);
+    let bounds = reader.directory().metadata.bounds;
+    let mut points = Vec::new();
+    while points.len() < 2 * count {
+        // Points that f32 can tell, so that both are asked for the same.
+        let p = random.within(bounds);
+        let p = Point::new(f64::from(p.x as f32), f64::from(p.y as f32));
+        if reader.footing(p, QueryOptions::default()).await? == Footing::Free && is_inside(reader, p).await? {
+            points.push(p);
+        }
+    }
+    Ok(points.chunks(2).map(|pair| [pair[0], pair[1]]).collect())
+}
+
+/// Whether a point lies in the hull: polyanya has no outside.
+async fn is_inside(reader: &TileReader, p: Point) -> Result<bool> {
+    use delaunay_tiles::query::Location;
+    Ok(!matches!(reader.locate(p.x, p.y).await?, Location::Outside))
+}
+
+fn median(times: &mut [f64]) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+/// Microseconds that a measurement should take, beside which it takes nothing to read the clock: what is faster is asked for more than once.
+const LONG_ENOUGH: f64 = 50.0;
+
+async fn compare(name: &str, reader: &TileReader, arguments: &Arguments) -> Result<()> {
+    let mesh = mesh(reader).await?;
+    let (mut own, mut peer, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut missed, mut longer) = (0, 0);
+    let pairs = pairs(reader, arguments.pairs).await?;
+    let mut compared = 0;
+    for [from, to] in &pairs {
+        let (mut own_times, mut peer_times) = (Vec::new(), Vec::new());
+        let mut lengths = (None, None);
+        let mut times = 1;
+        for _ in 0..=arguments.rounds {
+            let begin = ThreadTime::now();
+            for _ in 0..times {
+                let outcome = reader.shortest_path(*from, *to, QueryOptions::default()).await?;
+                if let PathOutcome::Found(path) = outcome {
+                    lengths.0 = Some(path.distance.value);
+                }
+            }
+            own_times.push(begin.elapsed().as_secs_f64() * 1e6 / f64::from(times));
+            let (from, to) = (peer_point(*from), peer_point(*to));
+            let begin = ThreadTime::now();
+            for _ in 0..times {
+                let path = mesh.path(from, to);
+                lengths.1 = path.map(|path| f64::from(path.length));
+            }
+            peer_times.push(begin.elapsed().as_secs_f64() * 1e6 / f64::from(times));
+            times = (LONG_ENOUGH / peer_times[0].min(own_times[0])).clamp(1.0, 100.0) as u32;
+        }
+        match lengths {
+            (Some(length), Some(peer_length)) if (peer_length - length).abs() <= 1e-3 * length => {
+                compared += 1;
+                // The first round warms up.
+                let [a, b] = [median(&mut own_times[1..]), median(&mut peer_times[1..])];
+                own.push(a);
+                peer.push(b);
+                ratios.push(a / b);
+            }
+            (Some(_), Some(_)) => longer += 1,
+            _ => missed += 1,
+        }
+    }
+    if compared == 0 {
+        return Err("no pair could be compared".into());
+    }
+    let sums = [own.iter().sum::<f64>(), peer.iter().sum::<f64>()];
+    let [a, b, ratio] = [&mut own, &mut peer, &mut ratios].map(|times| median(times));
+    println!(
+        "| {name} | {compared} | {a:.1} | {b:.1} | {:.2} | {ratio:.2} | {:.2} | {missed} | {longer} |",
+        a / b,
+        sums[0] / sums[1]
+    );
+    Ok(())
+}
+
+/// How often all of the places are asked from in one measurement, which should take long enough for a clock and a scheduler.
+const TURNS: usize = 5;
+
+/// Queries a second, on so many threads.
+fn throughput(threads: usize, path: &Path, from: &Arc<Vec<Point>>) -> Result<f64> {
+    let runtime = RuntimeBuilder::new_multi_thread()
+        .worker_threads(threads)
+        .enable_all()
+        .build()?;
+    runtime.block_on(async {
+        let cache = Cache::new(1 << 30);
+        let reader = TileReader::open(path, OpenOptions::default().cache(&cache)).await?;
+        // Whoever is ready takes the next point: parts that are fixed before differ in how long they take by some per cent.
+        let ask = |next: &Arc<AtomicUsize>, end: usize| {
+            let (reader, from, next) = (reader.clone(), Arc::clone(from), Arc::clone(next));
+            async move {
+                loop {
+                    let number = next.fetch_add(1, Ordering::Relaxed);
+                    if number >= end {
+                        break;
+                    }
+                    let from = from[number % from.len()];
+                    let sites = reader.nearest_sites(from, QueryOptions::default()).take(10);
+                    sites.try_collect::<Vec<_>>().await?;
+                }
+                Ok::<_, delaunay_tiles::query::QueryError>(())
+            }
+        };
+        let [warm_up, next] = [(); 2].map(|()| Arc::new(AtomicUsize::new(0)));
+        tokio::spawn(ask(&warm_up, 20)).await??;
+        let begin = Instant::now();
+        let tasks: Vec<_> = (0..threads)
+            .map(|_| tokio::spawn(ask(&next, TURNS * from.len())))
+            .collect();
+        for task in tasks {
+            task.await??;
+        }
+        Ok((TURNS * from.len()) as f64 / begin.elapsed().as_secs_f64())
+    })
+}
+
+/// Queries a second, on two threads that share nothing: what the machine gives.
+fn apart(path: &Path, from: &Arc<Vec<Point>>) -> Result<f64> {
+    let rates = std::thread::scope(|scope| {
+        let one = || throughput(1, path, from).map_err(|error| error.to_string());
+        [scope.spawn(one), scope.spawn(one)].map(|thread| thread.join())
+    });
+    let mut sum = 0.0;
+    for rate in rates {
+        sum += rate.map_err(|_| "a thread panicked")??;
+    }
+    Ok(sum)
+}
+
+fn run(arguments: &Arguments) -> Result<()> {
+    let folder = tempfile::tempdir()?;
+    let runtime = Runtime::new()?;
+    println!(
+        "| | pairs | delaunay-tiles, µs | polyanya, µs | ratio of medians | median ratio | ratio of sums | missed by one | other length |"
+    );
+    println!("|---|--:|--:|--:|--:|--:|--:|--:|--:|");
+    let maps = runtime.block_on(async {
+        let arena = arena(folder.path()).await?;
+        compare("arena", &arena, arguments).await?;
+        let islands = islands(folder.path(), &[]).await?;
+        compare("indonesia_ne10m", &islands, arguments).await?;
+        Ok::<_, Box<dyn std::error::Error>>(islands)
+    })?;
+    if !arguments.threads {
+        return Ok(());
+    }
+    let (sites, from) = runtime.block_on(async {
+        let mut random = Random(7);
+        let bounds = maps.directory().metadata.bounds;
+        let (mut sites, mut from) = (Vec::new(), Vec::new());
+        for list in [&mut sites, &mut from] {
+            while list.len() < 1000 {
+                let p = random.within(bounds);
+                if maps.footing(p, QueryOptions::default()).await? == Footing::Free {
+                    list.push(p);
+                }
+            }
+        }
+        islands(folder.path(), &sites).await?;
+        Ok::<_, Box<dyn std::error::Error>>((sites, Arc::new(from)))
+    })?;
+    let path = folder.path().join(format!("islands-{}.tiles", sites.len()));
+    let mut rates = [Vec::new(), Vec::new(), Vec::new()];
+    for round in 0..arguments.rounds {
+        // None is always the first.
+        for way in (0..3).map(|way| (way + round) % 3) {
+            rates[way].push(match way {
+                0 => throughput(1, &path, &from)?,
+                1 => throughput(2, &path, &from)?,
+                _ => apart(&path, &from)?,
+            });
+        }
+    }
+    let [one, two, apart] = rates.map(|mut rates| median(&mut rates));
+    println!(
+        "\n10 nearest of 1,000 sites on indonesia_ne10m: {one:.0} queries a second on one thread, {two:.0} on two: {:.2} times; \
+         {apart:.0} on two that share nothing: {:.2} times",
+        two / one,
+        apart / one
+    );
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    let Some(arguments) = arguments() else {
+        eprintln!("{USAGE}");
+        return ExitCode::from(2);
+    };
+    match run(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,287 @@
+//! What one process came to, from outside and by its own account.
+
+use anyhow::Context;
+use serde::Deserialize;
+
+use super::plan::Data;
+use crate::peer::Peer;
+use crate::table::{Cell, Table};
+use limited::{Ended, Took};
+
+/// Who triangulates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Engine {
+    /// `tiletool build`.
+    Ours,
+    Peer(Peer),
+}
+
+impl Engine {
+    /// Its name in tables.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ours => "tiletool",
+            Self::Peer(peer) => peer.name(),
+        }
+    }
+}
+
+/// One process.
+#[derive(Clone, Debug)]
+pub struct Record {
+    pub engine: Engine,
+    pub data: Data,
+    pub round: u32,
+    /// The hard limit of its memory, in bytes.
+    pub limit: Option<u64>,
+    pub took: Took,
+    input_bytes: u64,
+    /// By its own account; none if it has not come to its end, or tells nothing.
+    summary: Option<Summary>,
+}
+
+/// The keys of `tiletool build --json` that are looked at; those of `lab peer` are some of them.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+struct Summary {
+    triangles: u64,
+    constraint_edges: u64,
+    vertices: u64,
+    segments: u64,
+    border_triangles: u64,
+    held_triangles: u64,
+    deferred_segments: u64,
+    tiles: u64,
+    blocks: u64,
+    file_bytes: u64,
+    peak_memory_bytes: Option<u64>,
+    phases: Vec<Phase>,
+    levels: Vec<Level>,
+    waits: Waits,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+struct Phase {
+    bytes_read: u64,
+    bytes_written: u64,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+struct Level {
+    seam_share: f64,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+struct Waits {
+    computing_for_blocks: f64,
+    computing_for_writing: f64,
+}
+
+impl Record {
+    /// Reads the process's own account, if it gives one.
+    pub fn new(
+        engine: Engine,
+        data: Data,
+        round: u32,
+        limit: Option<u64>,
+        input_bytes: u64,
+        took: Took,
+    ) -> anyhow::Result<Self> {
+        let tells = took.ended == Ended::Done && engine != Engine::Peer(Peer::Triangle);
+        let parsed = tells.then(|| serde_json::from_str(&took.output)).transpose();
+        let summary = parsed.with_context(|| format!("{data}: {} tells nothing sensible", engine.name()))?;
+        Ok(Self {
+            engine,
+            data,
+            round,
+            limit,
+            took,
+            input_bytes,
+            summary,
+        })
+    }
+
+    /// Whether it came to its end.
+    pub fn is_done(&self) -> bool {
+        self.took.ended == Ended::Done
+    }
+
+    /// Seconds of processor time.
+    pub fn cpu(&self) -> Option<f64> {
+        Some(self.took.user_seconds? + self.took.system_seconds?)
+    }
+
+    /// Seconds that all computing threads together stood still for the disk.
+    pub fn waited(&self) -> Option<f64> {
+        let waits = &self.ours()?.waits;
+        Some(waits.computing_for_blocks + waits.computing_for_writing)
+    }
+
+    /// Bytes that it read by its own account.
+    pub fn read(&self) -> Option<u64> {
+        match self.engine {
+            Engine::Ours => Some(self.ours()?.phases.iter().map(|phase| phase.bytes_read).sum()),
+            Engine::Peer(Peer::Spade) => self.summary.as_ref().map(|_| self.input_bytes),
+            Engine::Peer(Peer::Triangle) => None,
+        }
+    }
+
+    /// Bytes that it wrote by its own account.
+    pub fn written(&self) -> Option<u64> {
+        Some(self.ours()?.phases.iter().map(|phase| phase.bytes_written).sum())
+    }
+
+    /// Vertices that tiles handed up, of all vertices.
+    pub fn seam_share(&self) -> Option<f64> {
+        let ours = self.ours()?;
+        Some(ours.levels.first().map_or(0.0, |level| level.seam_share))
+    }
+
+    /// Triangles that only a merge settled, of all triangles.
+    pub fn border_share(&self) -> Option<f64> {
+        self.ours().map(|ours| share(ours.border_triangles, ours.triangles))
+    }
+
+    /// Triangles that were held for segments, of all triangles.
+    pub fn held_share(&self) -> Option<f64> {
+        self.ours().map(|ours| share(ours.held_triangles, ours.triangles))
+    }
+
+    /// Blocks that the points went to; 1 if all were in memory.
+    pub fn blocks(&self) -> Option<u64> {
+        self.ours().map(|ours| ours.blocks)
+    }
+
+    /// The most memory that it had resident, in bytes.
+    pub fn peak(&self) -> Option<u64> {
+        let own = self.summary.as_ref().and_then(|summary| summary.peak_memory_bytes);
+        own.max(self.took.peak)
+    }
+
+    /// Segments that came in.
+    pub fn segments(&self) -> Option<u64> {
+        self.ours().map(|ours| ours.segments)
+    }
+
+    fn ours(&self) -> Option<&Summary> {
+        self.summary.as_ref().filter(|_| self.engine == Engine::Ours)
+    }
+}
+
+fn share(part: u64, whole: u64) -> f64 {
+    if whole == 0 { 0.0 } else { part as f64 / whole as f64 }
+}
+
+/// Of the processes with the same engine, points and limit the one in the middle, by time; one that was ended comes before all others.
+pub fn median<'a>(records: &'a [Record], engine: Engine, data: &Data, limit: Option<u64>) -> Option<&'a Record> {
+    let is_one = |record: &&Record| record.engine == engine && record.data == *data && record.limit == limit;
+    let mut same: Vec<_> = records.iter().filter(is_one).collect();
+    same.sort_by(|a, b| {
+        let key = |record: &Record| (record.is_done(), record.took.seconds);
+        key(a).0.cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1))
+    });
+    match same.first() {
+        Some(first) if first.is_done() => same.get((same.len() - 1) / 2).copied(),
+        first => first.copied(),
+    }
+}
+
+/// Says where a peer counts other triangles or constraint edges than we do: one of both is wrong.
+pub fn contradictions(records: &[Record]) -> Vec<String> {
+    let mut notes = Vec::new();
+    for peer in records.iter().filter(|record| record.engine != Engine::Ours) {
+        let ours = median(records, Engine::Ours, &peer.data, None).and_then(Record::ours);
+        let (Some(ours), Some(its)) = (ours, &peer.summary) else {
+            continue;
+        };
+        let counts = |summary: &Summary| (summary.triangles, summary.constraint_edges);
+        if counts(ours) != counts(its) {
+            let (name, data) = (peer.engine.name(), peer.data);
+            let note = format!(
+                "{data}: {name} counts {} triangles and {} constraint edges, tiletool {} and {}.",
+                its.triangles, its.constraint_edges, ours.triangles, ours.constraint_edges
+            );
+            if !notes.contains(&note) {
+                notes.push(note);
+            }
+        }
+    }
+    notes
+}
+
+/// All that is known of all processes.
+pub fn table(records: &[Record]) -> Table {
+    let mut table = Table::new([
+        "engine",
+        "distribution",
+        "points",
+        "alpha",
+        "round",
+        "limit_bytes",
+        "ended",
+        "seconds",
+        "user_seconds",
+        "system_seconds",
+        "off_cpu_seconds",
+        "waited_thread_seconds",
+        "bytes_read",
+        "bytes_written",
+        "storage_bytes_read",
+        "storage_bytes_written",
+        "peak_memory_bytes",
+        "vertices",
+        "triangles",
+        "segments",
+        "constraint_edges",
+        "seam_share",
+        "border_share",
+        "held_share",
+        "deferred_segments",
+        "blocks",
+        "tiles",
+        "file_bytes",
+    ]);
+    for record in records {
+        let (took, summary, ours) = (&record.took, record.summary.as_ref(), record.ours());
+        let ended = match took.ended {
+            Ended::Done => "done".to_owned(),
+            Ended::Failed(code) => format!("failed {code}"),
+            Ended::Killed(signal) => format!("killed {signal}"),
+        };
+        let off_cpu = record.cpu().map(|cpu| (took.seconds - cpu).max(0.0));
+        table.push([
+            record.engine.name().into(),
+            record.data.kind.name().into(),
+            record.data.points.into(),
+            Cell::number(record.data.alpha, 2),
+            u64::from(record.round).into(),
+            Cell::count(record.limit),
+            Cell::Text(ended),
+            Cell::Number(took.seconds, 3),
+            Cell::number(took.user_seconds, 3),
+            Cell::number(took.system_seconds, 3),
+            Cell::number(off_cpu, 3),
+            Cell::number(record.waited(), 3),
+            Cell::count(record.read()),
+            Cell::count(record.written()),
+            Cell::count(took.storage_read),
+            Cell::count(took.storage_written),
+            Cell::count(record.peak()),
+            Cell::count(summary.map(|its| its.vertices)),
+            Cell::count(summary.map(|its| its.triangles)),
+            Cell::count(record.segments()),
+            Cell::count(summary.map(|its| its.constraint_edges)),
+            Cell::number(record.seam_share(), 4),
+            Cell::number(record.border_share(), 4),
+            Cell::number(record.held_share(), 4),
+            Cell::count(ours.map(|its| its.deferred_segments)),
+            Cell::count(record.blocks()),
+            Cell::count(ours.map(|its| its.tiles)),
+            Cell::count(ours.map(|its| its.file_bytes)),
+        ]);
+    }
+    table
+}

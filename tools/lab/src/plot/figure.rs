@@ -1,0 +1,156 @@
+//! Figures: whatever lines, patches and dots at places in the plane, over coordinates, with a legend.
+//!
+//! Comes in: layers, the lowest first. Goes out: an SVG.
+
+use std::collections::HashMap;
+
+use delaunay_tiles::geometry::{Point, Rect};
+
+use tiletool::plot::map::{Entry, Sign, draw_axes, draw_frame, draw_legend};
+use tiletool::plot::page::Page;
+use tiletool::plot::style::{LINES, PAPER, fill, stroke};
+use tiletool::plot::svg::{Path, Svg};
+
+/// What is drawn, all in one style.
+pub struct Layer {
+    /// In the legend; without a name it is not there.
+    pub name: &'static str,
+    pub colour: &'static str,
+    pub shape: Shape,
+}
+
+/// Places in the plane.
+pub enum Shape {
+    /// Lines from place to place, so many pixels wide.
+    Edges(Vec<[Point; 2]>, f64),
+    /// Filled triangles.
+    Triangles(Vec<[Point; 3]>),
+    /// Discs of so many pixels' radius.
+    Dots(Vec<Point>, f64),
+}
+
+/// Layers on a page.
+pub struct Figure {
+    pub title: String,
+    pub caption: String,
+    /// What must be seen.
+    pub bounds: Rect,
+    pub layers: Vec<Layer>,
+}
+
+impl Figure {
+    /// The picture.
+    ///
+    /// # Errors
+    /// If the bounds are no coordinates.
+    pub fn draw(&self) -> anyhow::Result<String> {
+        let page = Page::new(self.bounds)?;
+        let mut svg = Svg::new(page.width, page.height, &self.title);
+        let mut legend = Vec::new();
+        draw_frame(&mut svg, &page, PAPER, [&self.title, &self.caption], |svg| {
+            svg.in_units(LINES, |svg| {
+                for layer in &self.layers {
+                    let sign = layer.draw(svg, &page);
+                    if !layer.name.is_empty() {
+                        legend.push(Entry { sign, text: layer.name });
+                    }
+                }
+            });
+        });
+        draw_axes(&mut svg, &page);
+        draw_legend(&mut svg, &legend, (page.frame.min_x, page.frame.max_y + 58.0));
+        Ok(svg.finish())
+    }
+}
+
+impl Layer {
+    fn draw(&self, svg: &mut Svg, page: &Page) -> Sign {
+        let mut path = Path::default();
+        match &self.shape {
+            Shape::Edges(edges, width) => {
+                let mut numbers = HashMap::new();
+                let mut pixels = Vec::new();
+                let mut number = |p: Point| {
+                    *numbers.entry([p.x.to_bits(), p.y.to_bits()]).or_insert_with(|| {
+                        pixels.push(page.pixel(p));
+                        pixels.len() as u32 - 1
+                    })
+                };
+                let edges: Vec<_> = edges.iter().map(|edge| edge.map(&mut number)).collect();
+                path.trails(&pixels, &edges);
+                svg.path(&path, &stroke(self.colour, *width));
+                Sign::Line(self.colour, width.max(0.9))
+            }
+            Shape::Triangles(triangles) => {
+                for corners in triangles {
+                    path.polygon(corners.map(|corner| page.pixel(corner)));
+                }
+                svg.path(&path, &fill(self.colour));
+                Sign::Patch(self.colour)
+            }
+            Shape::Dots(dots, radius) => {
+                for &dot in dots {
+                    path.disc(page.pixel(dot), *radius);
+                }
+                svg.path(&path, &fill(self.colour));
+                Sign::Dot(self.colour)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_layer_is_drawn_and_told() {
+        let at = |x: f64, y: f64| Point::new(x, y);
+        let figure = Figure {
+            title: "a & b".to_owned(),
+            caption: "below".to_owned(),
+            bounds: Rect::new(0.0, 0.0, 4.0, 3.0),
+            layers: vec![
+                Layer {
+                    name: "patches",
+                    colour: "#abcdef",
+                    shape: Shape::Triangles(vec![[at(0.0, 0.0), at(4.0, 0.0), at(0.0, 3.0)]]),
+                },
+                Layer {
+                    name: "lines",
+                    colour: "#123456",
+                    shape: Shape::Edges(vec![[at(0.0, 0.0), at(4.0, 3.0)], [at(4.0, 3.0), at(4.0, 0.0)]], 1.0),
+                },
+                Layer {
+                    name: "",
+                    colour: "#654321",
+                    shape: Shape::Dots(vec![at(1.0, 1.0)], 3.0),
+                },
+            ],
+        };
+        let svg = figure.draw().unwrap();
+        for part in [
+            "a &amp; b",
+            "below",
+            "patches",
+            "lines",
+            "#abcdef",
+            "#123456",
+            "#654321",
+        ] {
+            assert!(svg.contains(part), "{part}");
+        }
+        // The two lines are one trail.
+        let lines = svg.lines().find(|line| line.contains("stroke=\"#123456\"")).unwrap();
+        assert_eq!(lines.matches('m').count(), 1, "{lines}");
+        assert!(tiletool::plot::png::render(&svg).is_ok());
+        assert!(
+            Figure {
+                bounds: Rect::PLANE,
+                ..figure
+            }
+            .draw()
+            .is_err()
+        );
+    }
+}

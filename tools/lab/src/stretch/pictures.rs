@@ -1,0 +1,297 @@
+//! Pictures of what both distances are measured on, like Figures 4.1 to 4.5 of the thesis.
+
+use std::collections::{HashMap, HashSet};
+
+use anyhow::Context;
+use delaunay_tiles::geometry::{Point, Rect};
+use delaunay_tiles::query::{PathOutcome, QueryError, QueryOptions};
+use delaunay_tiles::store::{TileReader, VertexId};
+use futures::{StreamExt, TryStreamExt, stream};
+
+use super::pairs::{Drawn, Pair};
+use crate::plot::figure::{Figure, Layer, Shape};
+use tiletool::common::thousands;
+use tiletool::plot::scene::Scene;
+use tiletool::plot::style::{EDGE, SITE};
+
+const LAND: &str = "#d9d3c3";
+const SHORE: &str = "#6b5537";
+const SIGHT: &str = "#7aa6c9";
+const WAVE: &str = "#0072b2";
+const ALONG: &str = "#d55e00";
+
+/// A picture, with the beginning of its file's name.
+pub struct Named {
+    pub stem: &'static str,
+    pub figure: Figure,
+}
+
+/// What is drawn, and why something is not.
+pub struct Figures {
+    pub drawn: Vec<Named>,
+    pub notes: Vec<String>,
+}
+
+/// Draws a file; one that is too large for a picture is told.
+pub async fn figures(
+    reader: &TileReader,
+    name: &str,
+    drawn: &Drawn,
+    graph_vertices: u64,
+    at_once: usize,
+) -> anyhow::Result<Figures> {
+    let scene = Scene::gather(reader).await?;
+    if scene.thinned {
+        let note = format!(
+            "The file has {} vertices, too many for pictures.",
+            thousands(reader.directory().metadata.vertices)
+        );
+        return Ok(Figures {
+            drawn: Vec::new(),
+            notes: vec![note],
+        });
+    }
+    let map = Map::new(&scene);
+    let mut figures = Figures {
+        drawn: Vec::new(),
+        notes: Vec::new(),
+    };
+    let mut add = |stem, title: &str, caption: String, layers| {
+        let figure = Figure {
+            title: format!("{title}: {name}"),
+            caption,
+            bounds: scene.bounds,
+            layers,
+        };
+        figures.drawn.push(Named { stem, figure });
+    };
+    let counted = |edges: usize| format!("{} edges", thousands(edges as u64));
+    let caption = format!(
+        "{} vertices, {} walls",
+        thousands(map.points.len() as u64),
+        thousands(map.walls.len() as u64)
+    );
+    add("islands", "Obstacles", caption, vec![map.land(), map.shore(1.0)]);
+    let is_small = map.points.len() as u64 <= graph_vertices;
+    if is_small {
+        let sights = sights(reader, map.points, at_once).await?;
+        let caption = format!("{} pairs of vertices see each other", thousands(sights.len() as u64));
+        let lines = Layer {
+            name: "lines of sight",
+            colour: SIGHT,
+            shape: Shape::Edges(sights, 0.15),
+        };
+        add(
+            "visibility",
+            "Visibility graph",
+            caption,
+            vec![map.land(), lines, map.shore(0.8)],
+        );
+    }
+    let free = map.free_edges();
+    let caption = format!(
+        "constrained Delaunay triangulation, {} that are no walls",
+        counted(free.len())
+    );
+    let edges = Layer {
+        name: "edges",
+        colour: EDGE,
+        shape: Shape::Edges(free, 0.6),
+    };
+    add(
+        "triangulation",
+        "Free space",
+        caption,
+        vec![edges, map.land(), map.shore(1.0)],
+    );
+    // Everybody's first pair: the same source for both trees.
+    if let Some(&Pair { from, .. }) = drawn.pairs.first() {
+        let source = |layers: Vec<Layer>| {
+            let dot = Layer {
+                name: "source",
+                colour: SITE,
+                shape: Shape::Dots(vec![from], 6.0),
+            };
+            layers.into_iter().chain([dot]).collect()
+        };
+        for (stem, title, edges, colour) in [
+            (
+                "tree-geodesic",
+                "Tree of shortest paths",
+                tree(reader, from).await?,
+                WAVE,
+            ),
+            (
+                "tree-cdt",
+                "Tree of shortest ways along edges",
+                tree_along(reader, from).await?,
+                ALONG,
+            ),
+        ] {
+            let caption = format!("from ({}, {}), {}", from.x, from.y, counted(edges.len()));
+            let lines = Layer {
+                name: "shortest paths",
+                colour,
+                shape: Shape::Edges(edges, 0.9),
+            };
+            add(stem, title, caption, source(vec![map.land(), map.shore(0.5), lines]));
+        }
+    }
+    if let Some(worst) = worst(&drawn.pairs) {
+        let [path, along] = ways(reader, worst).await?;
+        let around = Rect::around(path.iter().chain(&along).flatten().copied());
+        let caption = format!(
+            "ratio {:.4}: {:.6} along edges, {:.6} by the shortest path",
+            worst.ratio(),
+            worst.cdt,
+            worst.geodesic
+        );
+        let layers =
+            [("along edges", ALONG, along), ("shortest path", WAVE, path)].map(|(name, colour, edges)| Layer {
+                name,
+                colour,
+                shape: Shape::Edges(edges, 2.0),
+            });
+        let layers = [map.land(), map.shore(0.5)].into_iter().chain(layers).collect();
+        add("worst", "The pair with the largest ratio", caption, layers);
+        if let Some(last) = figures.drawn.last_mut() {
+            last.figure.bounds = around;
+        }
+    }
+    if !is_small {
+        figures.notes.push(format!(
+            "The visibility graph of {} vertices is not drawn; `--graph-vertices` draws it.",
+            thousands(map.points.len() as u64)
+        ));
+    }
+    Ok(figures)
+}
+
+/// The pair with the largest ratio.
+pub fn worst(pairs: &[Pair]) -> Option<&Pair> {
+    pairs.iter().max_by(|a, b| a.ratio().total_cmp(&b.ratio()))
+}
+
+/// A scene in places.
+struct Map<'a> {
+    points: &'a [Point],
+    holes: Vec<[Point; 3]>,
+    walls: Vec<[Point; 2]>,
+    scene: &'a Scene,
+}
+
+impl<'a> Map<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        let at = |corner: u32| scene.points[corner as usize];
+        Self {
+            points: &scene.points,
+            holes: scene.holes.iter().map(|corners| corners.map(at)).collect(),
+            walls: scene.walls.iter().map(|ends| ends.map(at)).collect(),
+            scene,
+        }
+    }
+
+    fn land(&self) -> Layer {
+        Layer {
+            name: "obstacles",
+            colour: LAND,
+            shape: Shape::Triangles(self.holes.clone()),
+        }
+    }
+
+    fn shore(&self, width: f64) -> Layer {
+        Layer {
+            name: "walls",
+            colour: SHORE,
+            shape: Shape::Edges(self.walls.clone(), width),
+        }
+    }
+
+    /// Edges that are no walls and do not lie in a hole.
+    fn free_edges(&self) -> Vec<[Point; 2]> {
+        let sides = self.scene.holes.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let inside: HashSet<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+        let edges = self.scene.edges.iter().chain(&self.scene.outline);
+        // An edge that is a side of a hole's triangle, but no wall, lies in the hole.
+        let free = edges.filter(|[a, b]| !inside.contains(&[*a.min(b), *a.max(b)]));
+        free.map(|ends| ends.map(|end| self.points[end as usize])).collect()
+    }
+}
+
+/// All pairs of vertices that see each other, each once.
+async fn sights(reader: &TileReader, points: &[Point], at_once: usize) -> anyhow::Result<Vec<[Point; 2]>> {
+    let seen = stream::iter(points.to_vec()).map(|from| {
+        let reader = reader.clone();
+        let task = tokio::spawn(async move {
+            let mut found = reader.vertices_by_distance(from, QueryOptions::default());
+            let (mut seen, mut source) = (Vec::new(), None);
+            loop {
+                let next = match found.try_next().await {
+                    Ok(Some(next)) => next,
+                    // Obstacles that touch may enclose a vertex: it sees nothing.
+                    Ok(None) | Err(QueryError::InsideObstacle { .. }) => break,
+                    Err(error) => return Err(error.into()),
+                };
+                let to = next.vertex.point;
+                if to == from {
+                    source = Some(next.vertex.id);
+                }
+                // A way to what is seen does not bend, but at the source, where it begins.
+                let is_seen = next.parent.is_none() || next.parent == source;
+                if is_seen && from.lex_cmp(to).is_lt() {
+                    seen.push([from, to]);
+                }
+            }
+            anyhow::Ok(seen)
+        });
+        async move { task.await.context("a query broke down")? }
+    });
+    let lists: Vec<_> = seen.buffered(at_once).try_collect().await?;
+    Ok(lists.concat())
+}
+
+/// The edges of the tree of shortest paths from a vertex.
+async fn tree(reader: &TileReader, from: Point) -> anyhow::Result<Vec<[Point; 2]>> {
+    let mut found = reader.vertices_by_distance(from, QueryOptions::default());
+    let mut places: HashMap<VertexId, Point> = HashMap::new();
+    let mut edges = Vec::new();
+    while let Some(next) = found.try_next().await? {
+        let point = next.vertex.point;
+        places.insert(next.vertex.id, point);
+        let parent = next.parent.and_then(|parent| places.get(&parent)).copied();
+        edges.push([parent.unwrap_or(from), point]);
+    }
+    edges.retain(|[a, b]| a != b);
+    Ok(edges)
+}
+
+/// The edges of the tree of shortest ways along edges from a vertex, to the nearest sector of each.
+async fn tree_along(reader: &TileReader, from: Point) -> anyhow::Result<Vec<[Point; 2]>> {
+    let mut found = reader.vertices_by_cdt_distance(from, QueryOptions::default());
+    let (mut places, mut met) = (Vec::new(), HashSet::new());
+    let mut edges = Vec::new();
+    while let Some(next) = found.try_next().await? {
+        let point = next.vertex.point;
+        let parent = next.parent.and_then(|item| places.get(item as usize)).copied();
+        places.push(point);
+        if met.insert(next.vertex.id) {
+            edges.push([parent.unwrap_or(from), point]);
+        }
+    }
+    edges.retain(|[a, b]| a != b);
+    Ok(edges)
+}
+
+/// Both ways between a pair, as edges: the shortest path, and that along edges.
+async fn ways(reader: &TileReader, pair: &Pair) -> anyhow::Result<[Vec<[Point; 2]>; 2]> {
+    let edges = |points: &[Point]| points.windows(2).map(|ends| [ends[0], ends[1]]).collect();
+    let path = match reader
+        .shortest_path(pair.from, pair.to, QueryOptions::default())
+        .await?
+    {
+        PathOutcome::Found(path) => edges(&path.points),
+        _ => Vec::new(),
+    };
+    let along = reader.cdt_distance(pair.from, pair.to, QueryOptions::default()).await?;
+    Ok([path, along.map_or_else(Vec::new, |along| edges(&along.points))])
+}

@@ -1,0 +1,188 @@
+//! The page about both distances.
+
+use delaunay_tiles::query::baselines::Stretch;
+use delaunay_tiles::store::TileReader;
+
+use super::pairs::{Drawn, Pair};
+use super::pictures::{Figures, worst};
+use crate::folder::Folder;
+use crate::machine;
+use crate::pictures::Pictures;
+use crate::plot::chart::Histogram;
+use crate::table::{Cell, Table};
+use tiletool::common::thousands;
+
+/// Bins of the histogram, at most and at least.
+const BINS: (usize, usize) = (60, 10);
+
+/// All pairs.
+pub fn table(pairs: &[Pair]) -> Table {
+    let mut table = Table::new([
+        "from_x", "from_y", "to_x", "to_y", "straight", "geodesic", "cdt", "ratio",
+    ]);
+    for pair in pairs {
+        let numbers = [
+            pair.from.x,
+            pair.from.y,
+            pair.to.x,
+            pair.to.y,
+            pair.straight(),
+            pair.geodesic,
+            pair.cdt,
+            pair.ratio(),
+        ];
+        table.push(numbers.map(|number| Cell::Number(number, 6)));
+    }
+    table
+}
+
+/// Keeps the page, the histogram and the figures.
+pub fn keep(
+    reader: &TileReader,
+    name: &str,
+    drawn: &Drawn,
+    figures: Figures,
+    pictures: Pictures,
+    folder: &mut Folder,
+) -> anyhow::Result<()> {
+    let metadata = &reader.directory().metadata;
+    let mut text = format!(
+        "# Stretch: {name}\n\n`{}`\n\nThe file has {} vertices, {} triangles, {} of them in obstacles, and {} constraint edges. {} pairs of its vertices were \
+         drawn at random, {} more were not connected. *Geodesic* is the length of the shortest path among the obstacles, by the wave; *CDT* that of the shortest way along edges \
+         of the constrained Delaunay triangulation. Their ratio lies between 1 and {} (Bose and Keil 2006) for each pair, or this page would not be there. \
+         A pair is *blocked* if something stands between its vertices. All pairs are in [pairs.csv](pairs.csv).\n\n",
+        machine::command(),
+        thousands(metadata.vertices),
+        thousands(metadata.triangles),
+        thousands(metadata.hole_triangles),
+        thousands(metadata.constraint_edges),
+        thousands(drawn.pairs.len() as u64),
+        thousands(drawn.apart as u64),
+        Stretch::PROVED.get(),
+    );
+    let blocked: Vec<Pair> = drawn.pairs.iter().copied().filter(Pair::is_blocked).collect();
+    let mut table = Table::new([
+        "",
+        "pairs",
+        "mean",
+        "median",
+        "90 %",
+        "99 %",
+        "largest",
+        "ratio 1",
+        "geodesic / straight line, mean",
+    ]);
+    for (pairs, what) in [(&drawn.pairs, "all"), (&blocked, "blocked")] {
+        if let Some(row) = summary(pairs, what) {
+            table.push(row);
+        }
+    }
+    text += &table.markdown();
+    if let Some(worst) = worst(&drawn.pairs) {
+        text += &format!(
+            "\nThe largest ratio is **{:.6}**, from ({}, {}) to ({}, {}).\n",
+            worst.ratio(),
+            worst.from.x,
+            worst.from.y,
+            worst.to.x,
+            worst.to.y
+        );
+    }
+    let picture = pictures.name("ratios");
+    folder.keep_picture(&picture, histogram(&drawn.pairs, name).draw())?;
+    text += &format!("\n![CDT distance by geodesic distance]({picture})\n");
+    for named in figures.drawn {
+        let picture = pictures.name(named.stem);
+        folder.keep_picture(&picture, named.figure.draw()?)?;
+        text += &format!("\n![{}]({picture})\n", named.figure.title);
+    }
+    for note in figures.notes {
+        text += &format!("\n{note}\n");
+    }
+    folder.keep("README.md", text);
+    Ok(())
+}
+
+/// Figures of some pairs' ratios; none if there are no pairs.
+fn summary(pairs: &[Pair], what: &str) -> Option<[Cell; 9]> {
+    let mut ratios: Vec<f64> = pairs.iter().map(Pair::ratio).collect();
+    ratios.sort_by(f64::total_cmp);
+    let largest = *ratios.last()?;
+    let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / pairs.len() as f64;
+    // The least that is not exceeded by so many of a hundred.
+    let quantile = |percent: usize| ratios[(ratios.len() * percent).div_ceil(100).saturating_sub(1)];
+    let equal = ratios.iter().filter(|ratio| **ratio <= 1.0 + 1e-12).count();
+    let share = 100.0 * equal as f64 / ratios.len() as f64;
+    Some([
+        what.into(),
+        (pairs.len() as u64).into(),
+        Cell::Number(mean(&mut ratios.iter().copied()), 4),
+        Cell::Number(quantile(50), 4),
+        Cell::Number(quantile(90), 4),
+        Cell::Number(quantile(99), 4),
+        Cell::Number(largest, 4),
+        Cell::Text(format!("{share:.1} %")),
+        Cell::Number(mean(&mut pairs.iter().map(|pair| pair.geodesic / pair.straight())), 4),
+    ])
+}
+
+/// How often each ratio comes.
+fn histogram(pairs: &[Pair], name: &str) -> Histogram {
+    let largest = pairs.iter().map(Pair::ratio).fold(1.0, f64::max);
+    let width = if largest > 1.0 + 0.01 * BINS.0 as f64 {
+        0.05
+    } else {
+        0.01
+    };
+    let bins = ((largest - 1.0) / width).floor() as usize + 1;
+    let mut counts = vec![0; bins.max(BINS.1)];
+    for pair in pairs {
+        counts[((pair.ratio() - 1.0) / width).floor() as usize] += 1;
+    }
+    Histogram {
+        title: "CDT distance by geodesic distance".to_owned(),
+        subtitle: format!("{} random pairs of vertices of {name}", thousands(pairs.len() as u64)),
+        x: "ratio".to_owned(),
+        y: "pairs".to_owned(),
+        start: 1.0,
+        width,
+        counts,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use delaunay_tiles::geometry::Point;
+
+    use super::*;
+
+    fn pair(geodesic: f64, cdt: f64) -> Pair {
+        Pair {
+            from: Point::new(0.0, 0.0),
+            to: Point::new(1.0, 0.0),
+            geodesic,
+            cdt,
+        }
+    }
+
+    #[test]
+    fn every_pair_is_in_a_bin() {
+        for cdts in [vec![1.0], vec![1.0, 1.005, 1.3], vec![1.0, 2.41]] {
+            let pairs: Vec<_> = cdts.iter().map(|&cdt| pair(1.0, cdt)).collect();
+            let histogram = histogram(&pairs, "test");
+            assert_eq!(histogram.counts.iter().sum::<u64>(), pairs.len() as u64);
+            assert!((BINS.1..=BINS.0 + 1).contains(&histogram.counts.len()));
+        }
+    }
+
+    #[test]
+    fn quantiles_are_of_the_pairs() {
+        let pairs: Vec<_> = (0..100).map(|i| pair(1.0, 1.0 + f64::from(i) / 100.0)).collect();
+        let row = summary(&pairs, "all").unwrap();
+        let Cell::Number(median, _) = row[3] else { panic!() };
+        let Cell::Number(most, _) = row[5] else { panic!() };
+        assert_eq!((median, most), (1.49, 1.98));
+        assert_eq!(row[7], Cell::Text("1.0 %".to_owned()));
+        assert!(summary(&[], "none").is_none());
+    }
+}

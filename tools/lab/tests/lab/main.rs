@@ -1,0 +1,11 @@
+//! The laboratory as its user meets it, and the kernel that was not chosen.
+
+#[path = "../../../tiletool/tests/support/mod.rs"]
+mod support;
+
+mod experiment;
+mod incremental;
+mod methods;
+
+/// What the tests run.
+const PROGRAM: &str = env!("CARGO_BIN_EXE_lab");

@@ -1,0 +1,187 @@
+//! `tiletool constrain` and `compact`, as their user meets them: what they make, mistakes, and kills at any moment.
+
+use std::fs;
+use std::time::Instant;
+
+use crate::support::{data, fails, json, kill_after, run, tiletool};
+
+/// Islands as holes of a file of their corners, and of one that knew them from the start.
+fn islands() -> tempfile::TempDir {
+    let scratch = tempfile::tempdir().unwrap();
+    fs::copy(
+        data("indonesia/indonesia_ne10m.geojson"),
+        scratch.path().join("islands.geojson"),
+    )
+    .unwrap();
+    run(
+        scratch.path(),
+        "build islands.geojson -o points.tiles --tile-vertices 700",
+    );
+    run(
+        scratch.path(),
+        "build --obstacles islands.geojson -o whole.tiles --tile-vertices 700",
+    );
+    scratch
+}
+
+#[test]
+fn islands_become_holes_of_a_file_of_points() {
+    let scratch = islands();
+    let folder = scratch.path();
+    let summary = json(folder, "constrain points.tiles --obstacles islands.geojson --json");
+    assert_eq!(summary["hole_regions"], 339);
+    assert_eq!(summary["hole_triangles"], 22_863);
+    assert_eq!(run(folder, "digest points.tiles"), run(folder, "digest whole.tiles"));
+    run(
+        folder,
+        "verify --deep points.tiles --against islands.geojson --obstacles islands.geojson",
+    );
+    let bytes = json(folder, "compact points.tiles --json");
+    assert!(bytes["bytes_after"].as_u64() < bytes["bytes_before"].as_u64());
+    run(folder, "verify --deep points.tiles");
+    assert_eq!(run(folder, "digest points.tiles"), run(folder, "digest whole.tiles"));
+}
+
+#[test]
+fn mistakes() {
+    let scratch = islands();
+    let folder = scratch.path();
+    let before = fs::read(folder.join("points.tiles")).unwrap();
+    fs::write(folder.join("off.csv"), "95,5,96,5\n").unwrap();
+    fs::write(folder.join("empty.csv"), "").unwrap();
+    for (args, says) in [
+        ("constrain points.tiles", "there are no lines"),
+        ("constrain points.tiles --segments off.csv", "off.csv"),
+        ("constrain points.tiles --segments off.csv", "outside the hull"),
+        ("constrain points.tiles --segments empty.csv", "no lines in these files"),
+        ("constrain islands.geojson --segments off.csv", "it is no tile file"),
+        ("constrain nothing.tiles --segments off.csv", "nothing.tiles"),
+        ("compact points.tiles -o whole.tiles", "whole.tiles exists"),
+        ("compact islands.geojson", "it is no tile file"),
+    ] {
+        let error = fails(folder, 1, args);
+        assert!(error.contains(says), "{args}: {error}");
+    }
+    assert_eq!(fs::read(folder.join("points.tiles")).unwrap(), before);
+}
+
+#[test]
+fn an_edit_that_is_killed_at_any_moment_happened_or_not() {
+    let scratch = islands();
+    let folder = scratch.path();
+    let (points, whole) = (run(folder, "digest points.tiles"), run(folder, "digest whole.tiles"));
+    let before = fs::read(folder.join("points.tiles")).unwrap();
+    let began = Instant::now();
+    run(folder, "constrain points.tiles --obstacles islands.geojson");
+    let took = began.elapsed();
+    let mut seen = [0; 2];
+    for kill in 0..25 {
+        fs::write(folder.join("points.tiles"), &before).unwrap();
+        // Once more after a kill: what that left is in nobody's way.
+        for moment in [kill as f64 / 22.0, 0.5] {
+            let edit = tiletool(folder, "constrain points.tiles --obstacles islands.geojson --quiet");
+            kill_after(edit, took.mul_f64(moment));
+            let found = run(folder, "digest points.tiles");
+            assert!(
+                found == points || found == whole,
+                "killed after {moment} of the time: {found}"
+            );
+            seen[usize::from(found == whole)] += 1;
+        }
+        run(folder, "verify points.tiles");
+    }
+    assert!(seen[0] > 0, "{seen:?}");
+}
+
+/// A folder with these files.
+fn folder_with(files: &[(&str, &str)]) -> tempfile::TempDir {
+    let scratch = tempfile::tempdir().unwrap();
+    for (name, text) in files {
+        fs::write(scratch.path().join(name), text).unwrap();
+    }
+    scratch
+}
+
+/// `verify` called files wrong that `constrain` had changed. An edit numbered the ends of its lines from the number of vertices on,
+/// whereas a build counts two records for each segment; and `verify` read all break lines before all walls, whichever had been
+/// added first. Now an edit continues the numbers of the file, and `verify` follows the order in which lines were added.
+#[test]
+fn verify_with_all_inputs_accepts_what_edits_made() {
+    let files = [
+        ("p.csv", "0,0\n9,0\n0,9\n9,9\n2,1\n"),
+        ("b.csv", "0,0,2,1\n"),
+        ("n.csv", "1,3,3,3\n"),
+        ("wall.csv", "1,1,3,2\n2,1,4,1\n"),
+        ("seg.csv", "1,3,3,3\n2,5,3,3\n"),
+        ("cross.csv", "5,1,8,4\n5,4,8,1\n"),
+        (
+            "house.geojson",
+            r#"{"type":"Polygon","coordinates":[[[5,5],[7,5],[7,7],[5,7],[5,5]]]}"#,
+        ),
+        ("sites.csv", "8,8,a\n0.5,8,b\n"),
+    ];
+    // A build, the edits after it, and how all of it is given to `verify`, which names files of a kind in the order of time.
+    for (build, edits, verify) in [
+        // A segment whose ends are points counts two records all the same.
+        (
+            "--segments b.csv",
+            ["--segments n.csv"].as_slice(),
+            "--segments b.csv --segments n.csv",
+        ),
+        // Break lines after walls.
+        (
+            "--walls wall.csv",
+            &["--segments seg.csv"],
+            "--walls wall.csv --segments seg.csv",
+        ),
+        (
+            "--walls wall.csv",
+            &["--segments seg.csv"],
+            "--segments seg.csv --walls wall.csv",
+        ),
+        // Sites, lines that were split, and edits of several kinds, one after the other.
+        (
+            "--segments cross.csv --crossings split --sites sites.csv",
+            &[
+                "--walls n.csv --obstacles house.geojson",
+                "--segments b.csv",
+                "--walls wall.csv",
+            ],
+            "--segments cross.csv --sites sites.csv --walls n.csv --obstacles house.geojson --segments b.csv --walls wall.csv",
+        ),
+    ] {
+        let scratch = folder_with(&files);
+        let folder = scratch.path();
+        run(folder, &format!("build p.csv {build} -o x.tiles"));
+        for edit in edits {
+            run(folder, &format!("constrain x.tiles {edit}"));
+        }
+        let verify = format!("verify --deep x.tiles --against p.csv {verify}");
+        run(folder, &verify);
+        run(folder, "compact x.tiles");
+        run(folder, &verify);
+        // What was not added is no input of it.
+        let error = fails(folder, 1, &format!("{verify} --segments wall.csv"));
+        assert!(error.contains("--segments names"), "{error}");
+    }
+}
+
+/// The points come from a .poly file, whose segments are walls of the build; the walls of an edit come behind them.
+#[test]
+fn verify_accepts_edits_of_a_file_whose_walls_came_with_its_points() {
+    let scratch = folder_with(&[("wall.csv", "0.5,0.5,1.5,1.5\n"), ("first.csv", "1,0.5,1.5,0.5\n")]);
+    let folder = scratch.path();
+    let poly = "5 2 0 0\n1 0 0\n2 4 0\n3 4 4\n4 0 4\n5 2 2\n2 0\n1 1 2\n2 3 4\n0\n";
+    fs::write(folder.join("square.poly"), poly).unwrap();
+    run(folder, "build square.poly --walls first.csv -o x.tiles");
+    run(folder, "constrain x.tiles --walls wall.csv");
+    run(
+        folder,
+        "verify --deep x.tiles --against square.poly --walls first.csv --walls wall.csv",
+    );
+    fails(
+        folder,
+        1,
+        "verify x.tiles --against square.poly --walls wall.csv --walls first.csv",
+    );
+}

@@ -1,0 +1,215 @@
+//! Each call that the tool makes for I/O goes wrong once, in each way: what comes of it is the old file, the new one, or an error.
+//!
+//! The calls are those of the C library, which `tools/faults` stands in for. What asks the kernel itself (advice, rings) is not among them.
+
+#![cfg(target_os = "linux")]
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use crate::support::{errors, faults, run, tiletool};
+
+/// Most runs with calls that go wrong in one way; of more calls every few are tried.
+const MOST: u64 = 40;
+
+const WAYS: [&str; 6] = ["eio", "enospc", "eintr", "short", "torn", "delay"];
+
+/// A command of the tool in a folder.
+struct Trial {
+    folder: tempfile::TempDir,
+    args: &'static str,
+    tried: u64,
+    failed: u64,
+}
+
+impl Trial {
+    fn new(args: &'static str, prepare: impl FnOnce(&Path)) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        prepare(folder.path());
+        Self {
+            folder,
+            args,
+            tried: 0,
+            failed: 0,
+        }
+    }
+
+    fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Runs it once; the number of calls, and whether one went wrong.
+    fn once(&self, at: u64, way: &str) -> (Output, u64, bool) {
+        let report = self.path().join("report");
+        let mut command = tiletool(self.path(), self.args);
+        let output = command
+            .env("LD_PRELOAD", faults())
+            .env("FAULTS_AT", at.to_string())
+            .env("FAULTS_WAY", way)
+            .env("FAULTS_REPORT", &report)
+            .env("DELAUNAY_TILES_IO", "threads")
+            .output()
+            .unwrap();
+        let told = fs::read_to_string(report).unwrap();
+        let (calls, is_done) = told.trim().split_once(' ').unwrap();
+        (output, calls.parse().unwrap(), is_done == "1")
+    }
+
+    /// Runs it with each call going wrong in each way. `prepare` makes the folder what it was before; `check` gets what a run
+    /// printed, and whether it succeeded.
+    fn all(&mut self, prepare: impl Fn(&Path), check: impl Fn(&Path, &Output, bool, &str)) {
+        prepare(self.path());
+        let (output, calls, _) = self.once(0, "eio");
+        assert!(output.status.success(), "{}", errors(&output));
+        assert!(calls > 5, "{}: {calls} calls", self.args);
+        for way in WAYS {
+            let step = calls.div_ceil(MOST).max(1) as usize;
+            // What comes last matters most.
+            for at in (1..=calls).rev().step_by(step) {
+                prepare(self.path());
+                let (output, _, is_done) = self.once(at, way);
+                let story = format!("{}, call {at} of {calls}, {way}: {}", self.args, errors(&output));
+                assert!(
+                    !story.contains("panicked") && !story.contains("internal error"),
+                    "{story}"
+                );
+                let succeeded = match output.status.code() {
+                    Some(0) => true,
+                    Some(1) => false,
+                    _ => panic!("{story}: {}", output.status),
+                };
+                assert!(succeeded || !errors(&output).trim().is_empty(), "{story}");
+                // An interrupted call is made again, the rest of a short one follows, and a slow one is waited for.
+                assert!(
+                    succeeded || is_done && ["eio", "enospc", "torn"].contains(&way),
+                    "{story}"
+                );
+                check(self.path(), &output, succeeded, &story);
+                self.tried += u64::from(is_done);
+                self.failed += u64::from(!succeeded);
+            }
+        }
+        println!(
+            "{}: {} calls, {} went wrong, {} runs failed",
+            self.args, calls, self.tried, self.failed
+        );
+        assert!(self.failed > 5 && self.tried > self.failed);
+    }
+}
+
+/// Points, walls among them, and a shop.
+fn write_town(folder: &Path) {
+    let points = (0..1600).map(|i| format!("{},{}\n", i % 40, f64::from(i / 40) + f64::from(i % 7) / 16.0));
+    fs::write(folder.join("points.csv"), points.collect::<String>()).unwrap();
+    // Rows of points that are exactly in line.
+    let walls = (1..5).map(|i| format!("0,{0},35,{0}\n", 7 * i));
+    fs::write(folder.join("walls.csv"), walls.collect::<String>()).unwrap();
+    fs::write(folder.join("sites.csv"), "3,30,baker\n20,20,miller\n").unwrap();
+}
+
+fn renew_now(folder: &Path) {
+    fs::copy(folder.join("old.tiles"), folder.join("now.tiles")).unwrap();
+}
+
+/// Whether a file has the digest of another one.
+fn is_like(folder: &Path, file: &str, other: &str) -> bool {
+    run(folder, &format!("digest {file}")) == run(folder, &format!("digest {other}"))
+}
+
+/// Builds in place of an old file: one or the other is there, whole.
+fn builds(args: &'static str) {
+    let mut trial = Trial::new(args, |folder| {
+        write_town(folder);
+        fs::write(folder.join("old.tiles"), "what was there before").unwrap();
+    });
+    let new = trial.path().join("new.tiles");
+    fs::write(&new, "").unwrap();
+    run(trial.path(), args);
+    let expected = fs::read(&new).unwrap();
+    let renew = |folder: &Path| {
+        let _ = fs::remove_dir_all(folder.join("new.tiles.partial"));
+        fs::copy(folder.join("old.tiles"), folder.join("new.tiles")).unwrap();
+    };
+    trial.all(renew, |folder, _, succeeded, story| {
+        let found = fs::read(folder.join("new.tiles")).unwrap();
+        let is_old = found == b"what was there before";
+        // After the file got its name, its folder may still fail to reach the disk.
+        assert!(found == expected || !succeeded && is_old, "{story}");
+    });
+}
+
+#[test]
+fn a_build_in_memory() {
+    builds(
+        "build points.csv --walls walls.csv --sites sites.csv -o new.tiles --force --tile-vertices 300 --threads 2 --quiet",
+    );
+}
+
+#[test]
+fn a_build_that_spills() {
+    builds(
+        "build points.csv --walls walls.csv -o new.tiles --force --tile-vertices 60 --threads 1 --memory 100KiB --quiet",
+    );
+}
+
+#[test]
+fn an_edit() {
+    let mut trial = Trial::new("constrain now.tiles --walls walls.csv --quiet", |folder| {
+        write_town(folder);
+        run(folder, "build points.csv -o old.tiles --tile-vertices 200 --quiet");
+        run(
+            folder,
+            "build points.csv --walls walls.csv -o new.tiles --tile-vertices 200 --quiet",
+        );
+    });
+    trial.all(renew_now, |folder, _, succeeded, story| {
+        let is_new = is_like(folder, "now.tiles", "new.tiles");
+        assert!(
+            is_new || !succeeded && is_like(folder, "now.tiles", "old.tiles"),
+            "{story}"
+        );
+    });
+}
+
+#[test]
+fn compacting() {
+    let mut trial = Trial::new("compact now.tiles", |folder| {
+        write_town(folder);
+        run(folder, "build points.csv -o old.tiles --tile-vertices 200 --quiet");
+        run(folder, "constrain old.tiles --walls walls.csv --quiet");
+        fs::copy(folder.join("old.tiles"), folder.join("new.tiles")).unwrap();
+        run(folder, "compact new.tiles");
+    });
+    trial.all(renew_now, |folder, _, succeeded, story| {
+        let found = fs::read(folder.join("now.tiles")).unwrap();
+        let is_new = found == fs::read(folder.join("new.tiles")).unwrap();
+        let is_old = found == fs::read(folder.join("old.tiles")).unwrap();
+        assert!(is_new || !succeeded && is_old, "{story}");
+    });
+}
+
+#[test]
+fn queries() {
+    for args in [
+        "query knn town.tiles --at 3.5,29.25 -k 2 --csv",
+        "query path town.tiles --from 1.5,1.5 --to 1.5,34 --certify --csv",
+        "verify --deep town.tiles",
+    ] {
+        let mut trial = Trial::new(args, |folder| {
+            write_town(folder);
+            run(
+                folder,
+                "build points.csv --walls walls.csv --sites sites.csv -o town.tiles --tile-vertices 60 --quiet",
+            );
+        });
+        let expected = run(trial.path(), args);
+        trial.all(
+            |_| (),
+            |_, output, succeeded, story| {
+                let found = String::from_utf8_lossy(&output.stdout);
+                assert!(!succeeded || found == expected, "{story}: {found}");
+            },
+        );
+    }
+}

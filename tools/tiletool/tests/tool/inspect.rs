@@ -1,0 +1,380 @@
+//! `tiletool inspect`, run as a program.
+
+use std::collections::HashSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::support::{command, complaint, errors, names, printed};
+use resvg::tiny_skia::Pixmap;
+use resvg::usvg::{Options, Tree};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A folder with a tile file in it.
+struct Case {
+    folder: TempDir,
+    file: PathBuf,
+}
+
+fn text_of(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+impl Case {
+    /// Builds tiles of at most `tile_vertices` of these lines of text.
+    fn build(lines: &[String], tile_vertices: usize) -> Self {
+        let folder = TempDir::new().unwrap();
+        let (input, file) = (folder.path().join("points.txt"), folder.path().join("map.tiles"));
+        fs::write(&input, lines.join("\n")).unwrap();
+        let limit = tile_vertices.to_string();
+        let build = [
+            "build",
+            "points.txt",
+            "-o",
+            "map.tiles",
+            "--tile-vertices",
+            &limit,
+            "--quiet",
+        ];
+        printed(command(folder.path(), &build));
+        Self { folder, file }
+    }
+
+    /// 30 × 20 points of a grid that is bent a little, with a z, and one of them twice.
+    fn grid() -> Self {
+        let points = (0..600).map(|i| (f64::from(i % 30), f64::from(i / 30)));
+        let points = points.map(|(x, y)| format!("{} {} {}", 100.0 + x + y * y / 50.0, y, x * y));
+        let mut lines: Vec<_> = points.collect();
+        lines.push(lines[17].clone());
+        Self::build(&lines, 64)
+    }
+
+    fn in_folder(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn command(&self, options: &[&str]) -> Command {
+        command(
+            self.folder.path(),
+            &[&["inspect", text_of(&self.file)], options].concat(),
+        )
+    }
+
+    fn text(&self, options: &[&str]) -> String {
+        printed(self.command(options))
+    }
+
+    fn json(&self, options: &[&str]) -> Value {
+        serde_json::from_str(&self.text(&[&["--json"], options].concat())).unwrap()
+    }
+
+    /// Draws both kinds of map, checks that they are valid, and returns the SVG and the number of colours of the PNG.
+    fn maps(&self) -> (String, usize) {
+        let [svg, png] = ["map.svg", "map.png"].map(|name| self.in_folder(name));
+        let drawn = self.json(&["--plot", text_of(&svg)])["plot"].clone();
+        assert!(self.text(&["--plot", text_of(&png)]).contains("map.png: 1600 x "));
+        let svg = fs::read_to_string(svg).unwrap();
+        let tree = Tree::from_str(&svg, &Options::default()).unwrap();
+        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+        assert_eq!(drawn["bytes"], svg.len());
+        let png = fs::read(png).unwrap();
+        assert_eq!(png[..8], *b"\x89PNG\r\n\x1a\n");
+        let pixels = Pixmap::decode_png(&png).unwrap();
+        for (key, of_svg, of_png) in [
+            ("width", tree.size().width(), pixels.width()),
+            ("height", tree.size().height(), pixels.height()),
+        ] {
+            assert_eq!(drawn[key], of_png);
+            assert_eq!(of_svg, of_png as f32);
+        }
+        let colours: HashSet<_> = pixels.data().chunks(4).collect();
+        let names = names(self.folder.path());
+        assert!(!names.iter().any(|name| name.contains("partial")), "{names:?}");
+        (svg, colours.len())
+    }
+}
+
+#[test]
+fn the_summary_as_json() {
+    let case = Case::grid();
+    let json = case.json(&[]);
+    for (key, value) in [
+        ("points", 601),
+        ("duplicates", 1),
+        ("vertices", 600),
+        ("generation", 1),
+        ("tile_vertices", 64),
+        ("file_bytes", fs::metadata(&case.file).unwrap().len()),
+    ] {
+        assert_eq!(json[key], value, "{key}");
+    }
+    assert_eq!(json["has_z"], true);
+    assert_eq!(json["crs"], Value::Null);
+    assert_eq!(json["sources"][0]["name"], "points.txt");
+    assert_eq!(json["sources"][0]["records"], 601);
+    assert_eq!(json["bounds"]["min_x"], 100.0);
+    assert_eq!(json["bounds"]["max_y"], 19.0);
+    assert_eq!(json["file_id"].as_str().unwrap().len(), 32);
+    assert!(json["producer"].as_str().unwrap().starts_with("delaunay-tiles"));
+    let number = |key: &str| json[key].as_u64().unwrap();
+    // Euler's formula.
+    assert_eq!(number("triangles"), 2 * 600 - 2 - number("hull_edges"));
+    assert_eq!(
+        number("core_triangles") + number("border_triangles"),
+        number("triangles")
+    );
+    assert!(number("border_triangles") > 0 && number("tile_count") >= 10);
+    let spread = ["min", "lower_quartile", "median", "upper_quartile", "max"];
+    let spread = spread.map(|key| json["vertices_per_tile"][key].as_u64().unwrap());
+    assert!(spread.is_sorted() && spread[0] > 0 && spread[4] <= 64);
+    let parts = ["core", "border", "directory", "other"];
+    let bytes: u64 = parts.iter().map(|part| number(&format!("{part}_bytes"))).sum();
+    assert_eq!(bytes, number("file_bytes"));
+    let shares = parts
+        .iter()
+        .map(|part| json[format!("{part}_bytes_share")].as_f64().unwrap());
+    assert!((shares.sum::<f64>() - 1.0).abs() < 1e-9);
+    for key in [
+        "format_version",
+        "backend",
+        "border_triangles_share",
+        "bytes_per_vertex",
+    ] {
+        assert!(!json[key].is_null(), "{key}");
+    }
+    for key in ["tiles", "tile", "plot"] {
+        assert!(json.get(key).is_none(), "{key}");
+    }
+}
+
+#[test]
+fn the_summary_for_people() {
+    let text = Case::grid().text(&[]);
+    for part in [
+        "points.txt  601 records",
+        "601, 1 duplicate merged",
+        "600, with z",
+        "at most 64 vertices each",
+        "x  100.0000 to 136.2200",
+        "version 1, generation 1",
+    ] {
+        assert!(text.contains(part), "{part} is missing:\n{text}");
+    }
+}
+
+#[test]
+fn a_row_for_each_tile() {
+    let case = Case::grid();
+    let json = case.json(&["--tiles"]);
+    let tiles = json["tiles"].as_array().unwrap();
+    assert_eq!(tiles.len() as u64, json["tile_count"]);
+    let sum = |key: &str| tiles.iter().map(|tile| tile[key].as_u64().unwrap()).sum::<u64>();
+    assert_eq!(sum("vertices"), 600);
+    assert_eq!(sum("owned_triangles"), json["triangles"]);
+    assert_eq!(sum("core_bytes"), json["core_bytes"]);
+    let text = case.text(&["--tiles"]);
+    let lines: Vec<_> = text.lines().collect();
+    assert_eq!(lines.len(), tiles.len() + 1);
+    assert!(lines[0].trim_start().starts_with("tile  vertices"));
+    assert!(lines.iter().all(|line| line.len() == lines[0].len()), "{text}");
+    for (id, line) in lines[1..].iter().enumerate() {
+        let numbers = line.split_whitespace().map(|n| n.parse::<u64>().unwrap());
+        let first: Vec<_> = numbers.take(2).collect();
+        assert_eq!(first, [id as u64, tiles[id]["vertices"].as_u64().unwrap()]);
+    }
+}
+
+#[test]
+fn one_tile_in_full() {
+    let case = Case::grid();
+    let json = case.json(&["--tile", "3"]);
+    assert_eq!(json["vertices"], 600, "the summary comes with it");
+    let tile = &json["tile"];
+    assert_eq!(tile["id"], 3);
+    let vertices = tile["vertex_list"].as_array().unwrap();
+    let triangles = tile["triangle_list"].as_array().unwrap();
+    assert_eq!(vertices.len() as u64, tile["vertices"]);
+    for (index, vertex) in vertices.iter().enumerate() {
+        assert_eq!(vertex["index"], index);
+        // The record tells which point of the grid it was.
+        let record = vertex["record"].as_u64().unwrap();
+        let (x, y) = ((record % 30) as f64, (record / 30) as f64);
+        assert_eq!(vertex["y"], y);
+        assert_eq!(vertex["z"], x * y);
+        let side = |key: &str| tile["cell"][key].as_f64();
+        assert!(side("min_y").is_none_or(|side| side < y) && side("max_y").is_none_or(|side| y <= side));
+    }
+    let count = |key: &str, value: Value| triangles.iter().filter(|t| t[key] == value).count() as u64;
+    assert_eq!(count("part", "core".into()), tile["core_triangles"]);
+    assert_eq!(count("part", "border".into()), tile["border_triangles"]);
+    assert_eq!(count("owned", true.into()), tile["owned_triangles"]);
+    for triangle in triangles {
+        let corners = triangle["corners"].as_array().unwrap();
+        assert!(
+            corners.iter().any(|corner| corner[0] == 3),
+            "no corner is the tile's own"
+        );
+        for neighbour in triangle["neighbours"].as_array().unwrap() {
+            let Some(number) = neighbour.as_u64() else {
+                assert!(neighbour == "hull" || neighbour == "elsewhere");
+                continue;
+            };
+            let back = triangles[number as usize]["neighbours"].as_array().unwrap();
+            assert!(back.contains(&triangle["number"]));
+        }
+    }
+    let text = case.text(&["--tile", "3"]);
+    let blocks: Vec<Vec<_>> = text.split("\n\n").map(|block| block.lines().collect()).collect();
+    assert_eq!(blocks.len(), 3);
+    assert_eq!(blocks[0][0], "tile 3");
+    assert!(blocks[1][0].starts_with("vertex") && blocks[2][0].starts_with("triangle"));
+    assert_eq!(blocks[1].len(), 1 + vertices.len());
+    assert_eq!(blocks[2].len(), 1 + triangles.len());
+}
+
+#[test]
+fn a_small_file_is_drawn_whole() {
+    let case = Case::grid();
+    let (svg, colours) = case.maps();
+    assert!(colours > 10);
+    assert!(svg.contains("The whole Delaunay triangulation of 600 vertices"));
+    assert!(svg.contains(">map.tiles</text>"));
+    for id in 0..case.json(&[])["tile_count"].as_u64().unwrap() {
+        assert!(svg.contains(&format!(">{id}</text>")), "tile {id} has no label");
+    }
+    assert!(svg.matches("<path").count() < 20, "an element for each edge");
+}
+
+#[test]
+fn a_large_file_is_thinned() {
+    // Evenly spread: multiples of powers of the plastic number's inverse, modulo 1.
+    let points = (1..=32_000u32).map(|i| [0.754_877_666, 0.569_840_291].map(|step| (f64::from(i) * step).fract()));
+    let lines: Vec<_> = points.map(|[x, y]| format!("{x} {y}")).collect();
+    let case = Case::build(&lines, 64);
+    let (svg, colours) = case.maps();
+    assert!(colours > 10);
+    assert!(svg.contains("Thinned: the Delaunay triangulation of 10 000 of 32 000 vertices"));
+    assert!(svg.len() < 500_000, "{} bytes", svg.len());
+    assert!(!svg.contains(">17</text>"), "labels for too many tiles");
+    let again = case.in_folder("again.svg");
+    assert_eq!(case.json(&["--plot", text_of(&again)])["plot"]["thinned"], true);
+    assert_eq!(fs::read_to_string(again).unwrap(), svg);
+}
+
+#[test]
+fn degenerate_files_work_with_every_option() {
+    let line = |f: fn(f64) -> (f64, f64)| (0..200).map(|i| f(f64::from(i))).collect::<Vec<_>>();
+    for (name, points) in [
+        ("none", Vec::new()),
+        ("one", vec![(3.0, 4.0)]),
+        ("one at the origin", vec![(0.0, 0.0)]),
+        ("two", vec![(1e30, 4.0), (-1e30, 4.0)]),
+        ("a slanted line", line(|i| (i, 3.0 * i))),
+        ("a vertical line", line(|i| (5e5, i))),
+        ("far", line(|i| (1e15 + i % 3.0, 1e15 + i))),
+        ("huge", line(|i| (1e30 * (i % 7.0), 1e30 * i))),
+        ("tiny", line(|i| (1e-30 * i, 1e-30 * (i % 7.0)))),
+    ] {
+        println!("{name}");
+        let lines: Vec<_> = points.iter().map(|(x, y)| format!("{x:e} {y:e}")).collect();
+        let case = Case::build(&lines, 64);
+        let json = case.json(&["--tiles"]);
+        assert_eq!(json["vertices"], points.len());
+        assert_eq!(json["bounds"].is_null(), points.is_empty());
+        assert_eq!(json["tiles"].as_array().unwrap().len() as u64, json["tile_count"]);
+        let regions = case.json(&["--regions", "--all"]);
+        assert_eq!(regions["regions_total"]["regions"], json["region_count"]);
+        let listed = regions["regions"].as_array().unwrap();
+        assert_eq!(listed.len() as u64, json["region_count"]);
+        let triangles: u64 = listed.iter().map(|region| region["triangles"].as_u64().unwrap()).sum();
+        assert_eq!(regions["regions_total"]["triangles"], triangles);
+        for options in [&[][..], &["--tiles"], &["--tile", "0"], &["--regions"]] {
+            let inspect = case.command(options);
+            if points.is_empty() && options.contains(&"0") {
+                complaint(inspect, 1);
+                continue;
+            }
+            let text = printed(inspect);
+            assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+        }
+        let (svg, colours) = case.maps();
+        assert!(colours > 1 && svg.contains("map.tiles"));
+    }
+}
+
+#[test]
+fn errors_say_what_is_wrong() {
+    let case = Case::grid();
+    let map = case.in_folder("map.svg");
+    let failed = |command: Command, code: i32, parts: &[&str]| {
+        let error = complaint(command, code);
+        for part in parts {
+            assert!(error.contains(part), "{part} is missing: {error}");
+        }
+    };
+    let count = case.json(&[])["tile_count"].to_string();
+    failed(
+        case.command(&["--tile", "99999"]),
+        1,
+        &["map.tiles", "no tile 99999", &count],
+    );
+    failed(
+        case.command(&["--tile", "99999", "--plot", text_of(&map)]),
+        1,
+        &["no tile 99999"],
+    );
+    assert!(!map.exists());
+    failed(case.command(&["--tils"]), 2, &["--tils"]);
+    failed(case.command(&["--tile", "seven"]), 2, &["seven"]);
+    failed(case.command(&["--all"]), 2, &["--regions"]);
+    failed(case.command(&["--plot", "map.pdf"]), 2, &["map.pdf", ".svg", ".png"]);
+    failed(case.command(&["--plot", "map"]), 2, &[".svg", ".png"]);
+    let nowhere = case.in_folder("no").join("map.svg");
+    failed(
+        case.command(&["--plot", text_of(&nowhere)]),
+        1,
+        &["map.svg", "cannot write"],
+    );
+    for (name, what) in [("missing.tiles", "cannot read"), ("points.txt", "points.txt")] {
+        let file = case.in_folder(name);
+        failed(
+            command(case.folder.path(), &["inspect", text_of(&file)]),
+            1,
+            &[name, what],
+        );
+    }
+}
+
+#[test]
+fn damage_is_an_error_and_no_map() {
+    let case = Case::grid();
+    let sound = fs::read(&case.file).unwrap();
+    let map = case.in_folder("map.svg");
+    let mut refused = 0;
+    for at in (0..sound.len()).step_by(sound.len() / 40) {
+        let mut damaged = sound.clone();
+        damaged[at] ^= 0x41;
+        fs::write(&case.file, damaged).unwrap();
+        let _ = fs::remove_file(&map);
+        let output = case
+            .command(&["--tile", "1", "--plot", text_of(&map)])
+            .output()
+            .unwrap();
+        // Padding does not matter, nor does one of the two superblocks.
+        if output.status.success() {
+            assert!(map.exists());
+            continue;
+        }
+        assert_eq!(output.status.code(), Some(1), "byte {at}");
+        assert!(errors(&output).contains("map.tiles"), "byte {at}");
+        assert!(!map.exists());
+        refused += 1;
+    }
+    assert!(refused > 5, "{refused}");
+    for length in [0, 100, 5000, 8192, sound.len() - 1] {
+        fs::write(&case.file, &sound[..length]).unwrap();
+        println!("{length} bytes");
+        complaint(case.command(&["--plot", text_of(&map)]), 1);
+    }
+}

@@ -1,0 +1,25 @@
+//! The tool as its user meets it. All tests run it in processes of their own.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod against;
+mod backends;
+mod bench;
+mod changed;
+mod cli;
+mod constrain;
+mod export;
+mod faults;
+mod inside_out;
+mod inspect;
+mod limits;
+mod lines;
+mod memory;
+mod outputs;
+mod query;
+mod refusals;
+mod resume;
+
+/// What the tests run.
+const PROGRAM: &str = env!("CARGO_BIN_EXE_tiletool");

@@ -1,0 +1,136 @@
+//! `--memory` of the commands that read tile files: little of it gives the same results as plenty, and is kept to.
+
+use std::fs;
+use std::path::Path;
+
+use crate::support::fails;
+use serde_json::Value;
+use tempfile::TempDir;
+
+const MEBIBYTE: u64 = 1 << 20;
+
+/// What a command says, in JSON.
+fn json(folder: &Path, args: &str) -> Value {
+    crate::support::json(folder, &format!("{args} --json"))
+}
+
+/// A folder with `p.f64`, points with z, and `p.tiles`, whose tiles have this many vertices.
+fn scratch(points: u32, tile_vertices: u32) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    json(
+        folder.path(),
+        &format!("generate lidar -n {points} --dims 3 --seed 5 -o p.f64"),
+    );
+    json(
+        folder.path(),
+        &format!("build p.f64 --dims 3 -o p.tiles --tile-vertices {tile_vertices}"),
+    );
+    folder
+}
+
+/// The result without what may differ.
+fn result(mut value: Value) -> Value {
+    let object = value.as_object_mut().unwrap();
+    object.remove("peak_memory_bytes");
+    if let Some(plot) = object.get_mut("plot") {
+        plot.as_object_mut().unwrap().remove("peak_memory_bytes");
+    }
+    value
+}
+
+#[test]
+fn results_do_not_depend_on_the_memory() {
+    let scratch = scratch(60_000, 2000);
+    let folder = scratch.path();
+    for args in ["digest p.tiles", "verify --deep p.tiles --against p.f64 --dims 3"] {
+        let plenty = result(json(folder, args));
+        for memory in ["8MiB", "30MiB", "1GiB"] {
+            assert_eq!(
+                result(json(folder, &format!("{args} --memory {memory}"))),
+                plenty,
+                "{args}"
+            );
+        }
+    }
+    for (command, output) in [
+        ("export p.tiles -o o.ply", "o.ply"),
+        ("export p.tiles -o o.node", "o.ele"),
+        ("export p.tiles -o o.obj", "o.obj"),
+        ("export p.tiles -o o.geojson", "o.geojson"),
+        ("inspect p.tiles --plot o.svg", "o.svg"),
+    ] {
+        let plenty = result(json(folder, command));
+        let bytes = fs::read(folder.join(output)).unwrap();
+        fs::remove_file(folder.join(output)).unwrap();
+        for memory in ["24MiB", "100MiB"] {
+            assert_eq!(result(json(folder, &format!("{command} --memory {memory}"))), plenty);
+            assert!(
+                fs::read(folder.join(output)).unwrap() == bytes,
+                "{command} with {memory}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_first_point_that_is_missing_is_the_same_however_they_are_parted() {
+    let scratch = scratch(150_000, 1000);
+    let folder = scratch.path();
+    let mut points = fs::read(folder.join("p.f64")).unwrap();
+    for record in [149_000, 140_003, 140_001] {
+        points[24 * record..24 * record + 8].copy_from_slice(&(-7.0 - record as f64).to_le_bytes());
+    }
+    fs::write(folder.join("q.f64"), points).unwrap();
+    for memory in ["6MiB", "8MiB", "1GiB"] {
+        let args = format!("verify p.tiles --against q.f64 --dims 3 --memory {memory}");
+        let error = fails(folder, 1, &args);
+        assert!(error.contains("record 140001 at (-140008, "), "{memory}: {error}");
+    }
+}
+
+/// The file is larger than all that each command may take. Sizes are those of a file whose tiles are as large as by default.
+#[test]
+fn peaks_keep_to_the_memory() {
+    const MEMORY: u64 = 32 * MEBIBYTE;
+    let scratch = scratch(1_200_000, 65_536);
+    let folder = scratch.path();
+    assert!(fs::metadata(folder.join("p.tiles")).unwrap().len() > 64 * MEBIBYTE);
+    for args in [
+        "digest p.tiles",
+        "verify --deep p.tiles",
+        "verify p.tiles --against p.f64 --dims 3",
+        "export p.tiles -o o.ply",
+        "export p.tiles -o o.geojson",
+        "inspect p.tiles --plot o.png",
+    ] {
+        let output = json(folder, &format!("{args} --memory 32MiB"));
+        let peak = output.get("plot").unwrap_or(&output)["peak_memory_bytes"].as_u64();
+        // Unknown where there is no /proc.
+        if let Some(peak) = peak {
+            assert!(peak <= MEMORY + 32 * MEBIBYTE, "{args}: {} MiB", peak / MEBIBYTE);
+        }
+    }
+}
+
+#[test]
+fn too_little_memory_is_said_with_what_it_takes() {
+    let scratch = scratch(60_000, 30_000);
+    let folder = scratch.path();
+    let before: Vec<_> = fs::read_dir(folder).unwrap().collect();
+    for args in [
+        "digest p.tiles",
+        "verify --deep p.tiles",
+        "verify p.tiles --against p.f64 --dims 3",
+        "export p.tiles -o o.ply",
+        "export p.tiles -o o.geojson",
+        "inspect p.tiles --plot o.svg",
+    ] {
+        let error = fails(folder, 1, &format!("{args} --memory 1MiB"));
+        assert!(
+            error.contains("MiB of memory at least, and 1 MiB are allowed"),
+            "{args}: {error}"
+        );
+        assert!(error.contains("p.tiles: this takes "), "{args}: {error}");
+    }
+    assert_eq!(fs::read_dir(folder).unwrap().count(), before.len());
+}

@@ -1,0 +1,170 @@
+//! `tiletool build --resume`: builds that are killed, interrupted or out of room go on, and give the same triangles.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::support::{errors, fails, json, kill_after, names, run, tiletool};
+use serde_json::Value;
+
+fn start(folder: &Path, args: &str) -> Child {
+    let mut command = tiletool(folder, args);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+/// 400 000 points need 8 MB; in 6 MB they are spilled.
+const BUILD: &str = "build p.f64 -o p.tiles --memory 6MB --tile-vertices 4000 --threads 2";
+
+fn scratch() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    run(folder.path(), "generate kuzmin -n 400000 --seed 7 -o p.f64");
+    folder
+}
+
+/// Waits until the journal of the build of `p.tiles` in a folder has an entry. False: the build ended before.
+fn wait_for_a_block(folder: &Path, child: &mut Child) -> bool {
+    let journal = folder.join("p.tiles.partial/journal");
+    while child.try_wait().unwrap().is_none() {
+        if fs::metadata(&journal).is_ok_and(|journal| journal.len() > 0) {
+            return true;
+        }
+        thread::sleep(Duration::from_micros(200));
+    }
+    false
+}
+
+#[test]
+fn a_build_that_is_killed_at_any_moment_goes_on() {
+    let scratch = scratch();
+    let folder = scratch.path();
+    run(folder, "build p.f64 -o whole.tiles --memory 1GB --tile-vertices 4000");
+    let digest = run(folder, "digest whole.tiles");
+    let began = Instant::now();
+    run(folder, &format!("{BUILD} --json"));
+    let whole = began.elapsed();
+    assert_eq!(run(folder, "digest p.tiles"), digest);
+    let bytes = fs::read(folder.join("p.tiles")).unwrap();
+
+    let mut random = 9u64;
+    let mut moment = || {
+        random = random
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        whole.mul_f64((random >> 33) as f64 / (1u64 << 31) as f64)
+    };
+    let (mut kills, mut resumed_blocks) = (0, 0);
+    while kills < 50 {
+        fs::remove_file(folder.join("p.tiles")).unwrap();
+        // Up to three kills before a build is left alone.
+        for _ in 0..3 {
+            kill_after(tiletool(folder, &format!("{BUILD} --resume --quiet")), moment());
+            kills += 1;
+            if folder.join("p.tiles").exists() {
+                break;
+            }
+        }
+        if !folder.join("p.tiles").exists() {
+            let summary = json(folder, &format!("{BUILD} --resume --json"));
+            resumed_blocks += summary["resumed_blocks"].as_u64().unwrap();
+            assert_eq!(summary["points"], 400_000);
+            assert_eq!(summary["records"], 400_000);
+            assert!(!folder.join("p.tiles.partial").exists());
+        }
+        assert!(
+            fs::read(folder.join("p.tiles")).unwrap() == bytes,
+            "the file differs after {kills} kills"
+        );
+    }
+    assert_eq!(run(folder, "digest p.tiles"), digest);
+    assert!(resumed_blocks > 0, "no build went on from a finished block");
+}
+
+#[test]
+fn ctrl_c_keeps_the_work_and_says_how_to_go_on() {
+    let scratch = scratch();
+    let folder = scratch.path();
+    let mut child = start(folder, BUILD);
+    if wait_for_a_block(folder, &mut child) {
+        let pid = child.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+    }
+    let output = child.wait_with_output().unwrap();
+    if output.status.success() {
+        println!("it was done before it could be interrupted");
+        return;
+    }
+    assert_eq!(output.status.code(), Some(1));
+    let said = errors(&output);
+    assert!(said.contains("p.tiles.partial") && said.contains("--resume"), "{said}");
+    assert!(!folder.join("p.tiles").exists());
+
+    // Other options, another input.
+    let other = fails(
+        folder,
+        1,
+        "build p.f64 -o p.tiles --resume --tile-vertices 5000 --memory 6MB",
+    );
+    assert!(other.contains("tile vertices: 4000"), "{other}");
+    let modified = fs::metadata(folder.join("p.f64")).unwrap().modified().unwrap();
+    let file = fs::File::options().append(true).open(folder.join("p.f64")).unwrap();
+    file.set_modified(modified + Duration::from_secs(5)).unwrap();
+    let other = fails(folder, 1, &format!("{BUILD} --resume"));
+    assert!(other.contains("p.f64"), "{other}");
+    file.set_modified(modified).unwrap();
+
+    run(folder, &format!("{BUILD} --resume"));
+    run(folder, "verify --deep p.tiles --against p.f64");
+    assert!(!folder.join("p.tiles.partial").exists());
+}
+
+#[test]
+fn standard_input_cannot_be_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let error = fails(folder.path(), 1, "build - -o p.tiles --resume");
+    assert!(error.contains("standard input cannot"), "{error}");
+    assert_eq!(names(folder.path()), [""; 0]);
+}
+
+/// A disk that fills up while blocks are conquered, where this process may mount one.
+#[test]
+fn a_build_that_runs_out_of_room_goes_on_when_there_is_more() {
+    let scratch = scratch();
+    let folder = scratch.path();
+    let disk = folder.join("disk");
+    fs::create_dir(&disk).unwrap();
+    let mount = |args: &[&str]| {
+        Command::new(args[0])
+            .args(&args[1..])
+            .arg(&disk)
+            .output()
+            .is_ok_and(|o| o.status.success())
+    };
+    if !mount(&["mount", "-t", "tmpfs", "-o", "size=40m", "tmpfs"]) {
+        println!("skipped: no tmpfs can be mounted here");
+        return;
+    }
+    let build = BUILD.replace("-o p.tiles", "-o disk/p.tiles");
+    let mut child = start(folder, &build);
+    wait_for_a_block(&disk, &mut child);
+    // As another program would that needs the disk too.
+    let fill = fs::write(disk.join("other"), vec![1u8; 40 << 20]);
+    let output = child.wait_with_output().unwrap();
+    let said = errors(&output);
+    let kept = disk.join("p.tiles.partial").exists();
+    fs::remove_file(disk.join("other")).unwrap();
+    let resumed = tiletool(folder, &format!("{build} --resume --json")).output().unwrap();
+    let verified = tiletool(folder, "verify --deep disk/p.tiles --against p.f64")
+        .output()
+        .unwrap();
+    assert!(mount(&["umount"]));
+    assert!(fill.is_err(), "the disk was not full");
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(kept && said.contains("--resume"), "{said}");
+    assert!(said.contains("No space left"), "{said}");
+    assert!(resumed.status.success(), "{}", errors(&resumed));
+    let summary: Value = serde_json::from_slice(&resumed.stdout).unwrap();
+    assert!(summary["resumed_blocks"].as_u64().unwrap() > 0);
+    assert!(verified.status.success(), "{}", errors(&verified));
+}
