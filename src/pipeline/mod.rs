@@ -12,8 +12,10 @@
 //!                                    constrain and components, where there are segments; regions before borders
 //! ```
 //!
-//! [`Builder`] takes batches; `assembly` makes the file of them and starts `pipeline` on computing threads, which share a board of tasks (`schedule`). What
-//! they finish comes in the order of the file (`ordered`) through a channel to the task that writes (`output`).
+//! [`Builder`] takes batches (`ingest`). `assembly` makes the file of them: it starts `run` on computing threads, which share a
+//! board of tasks (`conquer::schedule`). What they finish comes in the order of the file (`output::ordered`) through a channel
+//! to the task that writes (`output::writer`). After the root `finish` puts borders together. `resume` is what an
+//! interrupted build goes on from. What phases hand to each other are `records`.
 
 mod assembly;
 mod builder;
