@@ -49,11 +49,7 @@ fn whole_build(c: &mut Criterion) {
     for tile_vertices in [1 << 10, 1 << 16] {
         group.bench_function(BenchmarkId::from_parameter(tile_vertices), |b| {
             b.iter_batched(
-                || BuildOptions {
-                    tile_vertices,
-                    force: true,
-                    ..BuildOptions::default()
-                },
+                || BuildOptions::default().tile_vertices(tile_vertices).force(true),
                 |options| {
                     runtime.block_on(async {
                         let mut builder = Builder::new(&output, options).expect("a builder");

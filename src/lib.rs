@@ -35,7 +35,7 @@
 //!     // A square grid of 10,000 points, in tiles of at most 1,000.
 //!     let points: Vec<Point> = (0..10_000).map(|i| Point::new(f64::from(i % 100), f64::from(i / 100))).collect();
 //!     let batch = PointBatch { records: (0..10_000).collect(), points, z: Vec::new() };
-//!     let options = BuildOptions { tile_vertices: 1000, ..BuildOptions::default() };
+//!     let options = BuildOptions::default().tile_vertices(1000);
 //!     let mut builder = Builder::new(&path, options)?;
 //!     builder.push(&batch).await?;
 //!     let summary = builder.finish().await?;
@@ -78,6 +78,7 @@ pub mod export;
 pub mod geometry;
 pub mod input;
 pub mod io;
+pub mod memory;
 pub mod mesh;
 pub mod pipeline;
 pub mod query;
@@ -85,15 +86,16 @@ pub mod shown;
 pub mod store;
 
 pub use constraints::{
-    Crossing, Inverted, InvertedPolygons, LinesToSplit, MissingZ, PolygonCheck, PolygonFaults, SplitError, SplitLines,
-    VertexWithoutZ, WithoutZ,
+    ConstraintError, Crossing, Inverted, InvertedPolygons, LinesToSplit, MissingZ, PolygonCheck, PolygonFaults,
+    SplitError, SplitLines, VertexWithoutZ, WithoutZ,
 };
 pub use edit::{EditError, EditSummary, Editor};
 pub use export::{ExportError, ExportOptions, Format};
 pub use geometry::{Point, Rect};
+pub use memory::{MemoryShortage, MemoryUse, default_memory, peak_memory};
 pub use pipeline::{
     BuildError, BuildOptions, BuildSummary, Builder, Crossings, Description, Duplicates, LevelSummary, Phase,
-    PhaseSummary, Progress, Steiner, UnknownDuplicates, Waits, default_memory, peak_memory,
+    PhaseSummary, Progress, Steiner, UnknownDuplicates, Waits,
 };
 pub use query::{Location, QueryError, QueryOptions};
 pub use store::{Cache, OpenOptions, ReadError, TileReader, VerifyError};

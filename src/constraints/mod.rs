@@ -4,15 +4,17 @@
 //! into; which polygons are inside out; where hole points lie.
 
 pub(crate) mod crossings;
+pub(crate) mod error;
 pub(crate) mod polygons;
 pub(crate) mod seeds;
+pub(crate) mod segment;
 pub(crate) mod segments;
 pub(crate) mod split_lines;
 pub(crate) mod without_z;
 
 pub use crate::input::MissingZ;
 pub use crossings::first::Crossing;
-pub use crossings::split::SplitError;
+pub use error::{ConstraintError, SplitError};
 pub use polygons::check::{Inverted, InvertedPolygons, PolygonCheck, PolygonFaults};
 pub use split_lines::{LinesToSplit, SplitLines};
 pub use without_z::{VertexWithoutZ, WithoutZ};

@@ -11,7 +11,8 @@
 use std::cmp::Ordering;
 
 use crate::constraints::crossings::ends::Ends;
-use crate::constraints::crossings::split::{Points, Segment as Bent, SplitError, any_cross, split};
+use crate::constraints::crossings::split::{Points, Segment as Bent, any_cross, split};
+use crate::constraints::error::{ConstraintError, SplitError};
 use crate::constraints::polygons::arrivals::PolygonNumbers;
 use crate::constraints::polygons::check::{InvertedPolygons, Runs};
 use crate::constraints::polygons::put_right::{PutRight, put_right};
@@ -19,7 +20,7 @@ use crate::constraints::segments::spool::SegmentSpool;
 use crate::constraints::without_z::NO_Z;
 use crate::geometry::{Point, Rect};
 use crate::input::PointBatch;
-use crate::pipeline::error::BuildError;
+use crate::memory::{MemoryShortage, MemoryUse};
 use crate::store::{EdgeSource, LineBatch, LineKind};
 
 /// Bytes of a segment, and of a crossing, while segments are split.
@@ -41,7 +42,7 @@ struct Line {
 /// Segments that are to be split where they cross, as a build splits them.
 ///
 /// ```
-/// use delaunay_tiles::{BuildError, LinesToSplit};
+/// use delaunay_tiles::{ConstraintError, LinesToSplit};
 /// use delaunay_tiles::geometry::Point;
 /// use delaunay_tiles::store::{EdgeSource, LineBatch, LineKind};
 ///
@@ -54,11 +55,11 @@ struct Line {
 /// };
 /// lines.push(&crossing, &[], &[])?;
 /// // There are no other points.
-/// let split = lines.split(|_, _| Ok::<_, BuildError>(()))?;
+/// let split = lines.split(|_, _| Ok::<_, ConstraintError>(()))?;
 /// assert_eq!(split.crossings(), 1);
 /// assert_eq!(split.points(0).next().unwrap().points, [Point::new(2.0, 2.0)]);
 /// assert_eq!(split.pieces().next().unwrap().ends.len(), 4);
-/// # Ok::<(), BuildError>(())
+/// # Ok::<(), ConstraintError>(())
 /// ```
 #[derive(Debug)]
 pub struct LinesToSplit {
@@ -95,7 +96,7 @@ impl LinesToSplit {
     ///
     /// # Errors
     /// If they do not fit in memory.
-    pub fn push(&mut self, batch: &LineBatch, z: &[[f64; 2]], polygons: &[u64]) -> Result<(), BuildError> {
+    pub fn push(&mut self, batch: &LineBatch, z: &[[f64; 2]], polygons: &[u64]) -> Result<(), ConstraintError> {
         for (at, (ends, &source)) in batch.ends.iter().zip(&batch.sources).enumerate() {
             let polygon = match source.kind() {
                 LineKind::Obstacle => self.runs.next(polygons.get(at).copied().unwrap_or(source.number())),
@@ -112,13 +113,7 @@ impl LinesToSplit {
             }
         }
         let needed = self.lines.len() as u64 * BYTES;
-        match needed > self.memory {
-            true => Err(BuildError::SplitMemory {
-                needed,
-                budget: self.memory,
-            }),
-            false => Ok(()),
-        }
+        check_memory(needed, self.memory)
     }
 
     /// Splits them, and at other vertices too, where they lie on those that are bent: `points` gives, as often as it is asked, all
@@ -126,13 +121,13 @@ impl LinesToSplit {
     ///
     /// # Errors
     /// If there are more crossings than fit in memory, or no end of them; or what `points` says.
-    pub fn split<E: From<BuildError>>(
+    pub fn split<E: From<ConstraintError>>(
         self,
         mut points: impl FnMut(Rect, &mut dyn FnMut(&[Point])) -> Result<(), E>,
     ) -> Result<SplitLines, E> {
         self.split_at(&mut |within, take| points(within, take).map_err(Stopped::Points))
             .map_err(|stopped| match stopped {
-                Stopped::Split(error) => BuildError::Split(error).into(),
+                Stopped::Split(error) => ConstraintError::Split(error).into(),
                 Stopped::Points(error) => error,
             })
     }
@@ -193,6 +188,19 @@ pub struct SplitLines {
     put_right: PutRight,
 }
 
+/// Fails if splitting takes more than the budget.
+fn check_memory(needed: u64, budget: u64) -> Result<(), ConstraintError> {
+    match needed > budget {
+        true => Err(MemoryShortage {
+            of: MemoryUse::Split,
+            needed,
+            budget,
+        }
+        .into()),
+        false => Ok(()),
+    }
+}
+
 impl SplitLines {
     /// Splits all segments of a spool, whose polygons are known by numbers, within so many bytes; `points` are other vertices. None:
     /// all of them stay as they are, or segments cross though they may not, which is for others to tell of.
@@ -200,12 +208,10 @@ impl SplitLines {
         (segments, mut polygons): (&mut SegmentSpool, PolygonNumbers<'_>),
         budget: u64,
         (may_cross, borders): (bool, &dyn Fn(Rect) -> Vec<[Point; 2]>),
-        points: &mut Points<'_, BuildError>,
-    ) -> Result<Option<Self>, BuildError> {
+        points: &mut Points<'_, ConstraintError>,
+    ) -> Result<Option<Self>, ConstraintError> {
         let needed = segments.len().saturating_mul(BYTES);
-        if needed > budget {
-            return Err(BuildError::SplitMemory { needed, budget });
-        }
+        check_memory(needed, budget)?;
         let mut lines = LinesToSplit::new(budget);
         lines.lines.reserve_exact(segments.len() as usize);
         let z = segments.z_of_ends()?;
@@ -263,7 +269,7 @@ impl SplitLines {
     }
 
     /// Puts the pieces into a spool, in the order of their lines.
-    pub(crate) fn push_pieces(&self, spool: &mut SegmentSpool) -> Result<(), BuildError> {
+    pub(crate) fn push_pieces(&self, spool: &mut SegmentSpool) -> Result<(), ConstraintError> {
         let kind = |piece: &Bent<u32>| self.line(piece).source.kind();
         for of_kind in self.pieces.chunk_by(|a, b| kind(a) == kind(b)) {
             let ends: Vec<[Point; 2]> = of_kind.iter().map(|piece| piece.ends).collect();

@@ -4,8 +4,10 @@ use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::constraints::error::ConstraintError;
 use crate::constraints::polygons::check::InvertedPolygons;
 use crate::geometry::Point;
+use crate::memory::MemoryShortage;
 use crate::shown;
 use crate::store::{EdgeSource, ReadError};
 
@@ -89,25 +91,15 @@ pub enum EditError {
         .0.first.point.x, .0.first.point.y, .0.polygons
     )]
     Inverted(InvertedPolygons),
-    /// A batch does not tell of all segments which polygon they are of.
-    #[error("a batch has {segments} segments by their ends, and {polygons} numbers of polygons")]
-    PolygonNumbers {
-        /// Segments by their ends.
-        segments: usize,
-        /// Numbers of polygons.
-        polygons: usize,
-    },
     /// There are segments between record numbers, which a file does not know any more.
     #[error("the ends of segments are given as record numbers; a file can be changed by coordinates only")]
     Records,
-    /// More memory is needed.
-    #[error("this takes {needed} MiB of memory at least, and {allowed} MiB are allowed; allow more", needed = needed.div_ceil(1 << 20), allowed = allowed >> 20)]
-    Memory {
-        /// Bytes needed.
-        needed: u64,
-        /// Bytes allowed.
-        allowed: u64,
-    },
+    /// There is too little memory.
+    #[error(transparent)]
+    Memory(#[from] MemoryShortage),
+    /// Lines or polygons cannot become constraints.
+    #[error(transparent)]
+    Constraint(#[from] ConstraintError),
     /// The file has no triangles that lines could cross.
     #[error("{file}: it has no triangles, since all its vertices lie on one line; build it with the lines", file = shown::path(.0))]
     NoTriangles(PathBuf),

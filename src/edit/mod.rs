@@ -15,6 +15,7 @@
 //! appended; then one superblock is replaced, which makes all of it the file, at once. Whoever has it open sees what it was.
 
 pub(crate) mod error;
+mod exchange;
 mod patch;
 mod regions;
 mod strip;
@@ -32,14 +33,15 @@ use std::time::Instant;
 use tokio::runtime::Handle;
 use tokio::sync::oneshot;
 
+use crate::constraints::error::ConstraintError;
 use crate::constraints::polygons::check::{InvertedPolygons, PolygonCheck};
-use crate::constraints::segments::segment::Segment;
+use crate::constraints::segment::Segment;
 use crate::constraints::without_z::NO_Z;
 use crate::geometry::{MortonSquare, Point, Rect};
 use crate::input::{MissingZ, SegmentBatch};
 use crate::io::start_thread;
+use crate::memory::EditShares;
 use crate::mesh::vertex_index::VertexIndex;
-use crate::pipeline::memory;
 use crate::store::{EdgeSource, LineKind, LineSource, TileId, Vertex, VertexId, hull_edges};
 pub use error::EditError;
 use regions::{Joining, Labels, Parts};
@@ -157,7 +159,7 @@ impl Editor {
         }
         let (segments, polygons) = (batch.ends.len(), batch.polygons.len());
         if polygons != 0 && polygons != segments {
-            return Err(EditError::PolygonNumbers { segments, polygons });
+            return Err(ConstraintError::PolygonNumbers { segments, polygons }.into());
         }
         let first = self.first_line + first_line;
         let segments = batch.ends.iter().zip(&batch.lines).map(|(&ends, &line)| Segment {
@@ -169,16 +171,9 @@ impl Editor {
             self.z.extend_from_slice(&batch.z);
         }
         self.segments.extend(segments);
-        let needed = memory::least_edit(self.segments.len() as u64);
-        if needed > self.memory {
-            return Err(EditError::Memory {
-                needed,
-                allowed: self.memory,
-            });
-        }
+        EditShares::check_segments(self.memory, self.segments.len() as u64)?;
         if kind == LineKind::Obstacle {
-            let pushed = self.polygons.push(first, batch);
-            pushed.map_err(|error| EditError::Internal(error.to_string()))?;
+            self.polygons.push(first, batch)?;
         }
         Ok(())
     }
@@ -199,8 +194,7 @@ impl Editor {
             mut polygons,
             ..
         } = self;
-        let faults = polygons.finish();
-        let faults = faults.map_err(|error| EditError::Internal(error.to_string()))?;
+        let faults = polygons.finish()?;
         if let Some(line) = faults.open {
             return Err(EditError::OpenRing { line });
         }
@@ -290,7 +284,7 @@ fn edit_here(
     runtime: Handle,
 ) -> Result<EditSummary, EditError> {
     let began = Instant::now();
-    let shares = |largest| memory::edit_shares(memory, work.segments.len() as u64, work.threads, largest);
+    let shares = |largest| EditShares::new(memory, work.segments.len() as u64, work.threads, largest);
     let mut tiles = Tiles::open(target, &shares, work.is_draft, runtime)?;
     let Work { segments, lines, .. } = work;
     let (ends, vertices) = find_ends(&mut tiles, work, is_stopped)?;
@@ -463,12 +457,7 @@ fn join(tiles: &mut Tiles, memory: u64, is_stopped: &dyn Fn() -> bool) -> Result
             return Err(EditError::Cancelled);
         }
         joining.take(&tile, &parts, before.as_ref())?;
-        if joining.byte_size() > memory / 4 {
-            return Err(EditError::Memory {
-                needed: 4 * joining.byte_size(),
-                allowed: memory,
-            });
-        }
+        EditShares::check_regions(memory, joining.byte_size())?;
     }
     let constraint_edges = joining.constraint_edges;
     Ok((joining.finish(&metadata)?, constraint_edges))

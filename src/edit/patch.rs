@@ -5,8 +5,6 @@
 
 use foldhash::{HashMap, HashMapExt};
 
-use crate::edit::error::EditError;
-use crate::edit::tiles::Tiles;
 use crate::mesh::NONE;
 use crate::store::{TileId, Vertex, VertexId};
 
@@ -18,9 +16,9 @@ pub(crate) struct Patch {
     pub(crate) old: Vec<Old>,
     pub(crate) new: Vec<New>,
     /// The tiles of the vertices, and the triangles that each of them has, which are those with a corner in it.
-    shares: Vec<Share>,
+    pub(crate) shares: Vec<Share>,
     /// Keeps its memory.
-    at: Seats,
+    pub(crate) at: Seats,
 }
 
 /// A triangle on its way out.
@@ -84,7 +82,7 @@ impl Seats {
     }
 
     /// Forgets the tile that it was for.
-    fn clear(&mut self, share: &Share) {
+    pub(crate) fn clear(&mut self, share: &Share) {
         share.old.iter().for_each(|&old| self.old[old as usize] = NONE);
         share.new.iter().for_each(|&new| self.new[new as usize] = NONE);
     }
@@ -133,36 +131,13 @@ impl Patch {
         corners.map(|corner| self.vertices[corner as usize].id)
     }
 
-    /// Puts the new triangles in the place of the old ones, in all tiles that have some of them.
-    pub(crate) fn exchange(&mut self, tiles: &mut Tiles) -> Result<(), EditError> {
+    /// Finds out which new half-edge follows each old one, which tile has which triangles; and gives the seats for them.
+    pub(crate) fn share_out(&mut self) -> Seats {
         self.find_followers();
-        self.share_out();
+        self.find_shares();
         let mut at = std::mem::take(&mut self.at);
         at.prepare(self);
-        let mut unlinked = Vec::new();
-        for share in &self.shares {
-            let id = share.tile;
-            let replaced = tiles.change(id)?.replace(self, share, &mut at);
-            let open = replaced.map_err(|reason| tiles.damaged(id, reason))?;
-            unlinked.extend(open.into_iter().map(|open| (id, open)));
-            at.clear(share);
-        }
-        self.at = at;
-        // Edges between two vertices of other tiles: these know what lies across.
-        for (id, open) in unlinked {
-            let [from, to, _] = open;
-            let other = tiles.get(from.tile)?;
-            let Some(side) = other.side_between(to, from) else {
-                continue;
-            };
-            let apex = other.from(crate::mesh::prev_side(side)).id;
-            drop(other);
-            if apex.tile == id {
-                let linked = tiles.change(id)?.link(open, apex);
-                linked.map_err(|reason| tiles.damaged(id, reason))?;
-            }
-        }
-        Ok(())
+        at
     }
 
     fn find_followers(&mut self) {
@@ -176,7 +151,7 @@ impl Patch {
     }
 
     /// Finds out which tile has which triangles.
-    fn share_out(&mut self) {
+    fn find_shares(&mut self) {
         let mut shares: Vec<Share> = Vec::new();
         let mut share_of: HashMap<TileId, usize> = HashMap::new();
         let mut of_vertex: Vec<usize> = Vec::with_capacity(self.vertices.len());

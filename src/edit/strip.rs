@@ -7,11 +7,12 @@
 use foldhash::{HashMap, HashMapExt};
 
 use crate::edit::error::EditError;
+use crate::edit::exchange::exchange;
 use crate::edit::patch::{Beside, New, Old, Patch};
 use crate::edit::tile::EditTile;
 use crate::edit::tile::hubs::MOST_AROUND;
 use crate::edit::tiles::Tiles;
-use crate::geometry::{Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
 use crate::mesh::{Cavity, NONE, WALLS, next_side, prev_side};
 use crate::store::{Across, EdgeSource, Vertex, VertexId};
 
@@ -218,7 +219,7 @@ impl Inserting {
             triangle.across[(side % 3) as usize] = Beside::New(twin);
             triangle.bits |= constraint_bits(is_wall) << (side % 3);
         }
-        strip.exchange(tiles)
+        exchange(strip, tiles)
     }
 
     /// Notes the source of an edge in the tile that it belongs to.
@@ -255,7 +256,7 @@ fn fill(strip: &mut Patch, chain: &Chain, cavity: &Cavity, is_passed_twice: bool
     let first = 3 * strip.new.len() as u32;
     for (corners, sides) in cavity.triangles.iter().zip((0u32..).step_by(3)) {
         // A side without a twin is on the chain, which says below what lies there, or on the piece.
-        let across = |s: u32| Beside::New(cavity.twin(sides + s).map_or(NONE, |twin| first + twin));
+        let across = |s: u32| Beside::New(cavity.twin(HalfEdge(sides + s)).map_or(NONE, |twin| first + twin.0));
         strip.new.push(New {
             corners: corners.map(|position| chain.vertices[position as usize]),
             bits: 0,
@@ -270,15 +271,15 @@ fn fill(strip: &mut Patch, chain: &Chain, cavity: &Cavity, is_passed_twice: bool
         positions.extend(edges.map(|(&edge, position)| (edge, position)));
     }
     for (position, (&[from, to], &old)) in chain.vertices.array_windows().zip(&chain.sides).enumerate() {
-        let side = first + cavity.sides[position];
-        let twin = positions.get(&[to, from]).map(|&other| first + cavity.sides[other]);
+        let side = first + cavity.sides[position].0;
+        let twin = positions.get(&[to, from]).map(|&other| first + cavity.sides[other].0);
         let replaced = &strip.old[(old / 3) as usize];
         let bits = replaced.bits >> (old % 3) & constraint_bits(true);
         let triangle = &mut strip.new[(side / 3) as usize];
         triangle.across[(side % 3) as usize] = twin.map_or(Beside::Old(old), Beside::New);
         triangle.bits |= bits << (side % 3);
     }
-    first + cavity.sides[chain.sides.len()]
+    first + cavity.sides[chain.sides.len()].0
 }
 
 /// The bits of a triangle's first side, if that is a constraint.

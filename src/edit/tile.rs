@@ -8,12 +8,11 @@ mod sources;
 
 use foldhash::{HashMap, HashMapExt};
 
-use hubs::Hubs;
-
 use crate::edit::patch::{Beside, New, Patch, Seats, Share};
 use crate::geometry::Point;
 use crate::mesh::{NONE, WALLS, next_side, prev_side};
 use crate::store::{Across, EdgeSource, Tile, TileId, Vertex, VertexId};
+use hubs::Hubs;
 
 /// Across a side: the hull.
 const ON_HULL: u32 = NONE;

@@ -22,8 +22,8 @@ use crate::edit::error::EditError;
 use crate::edit::regions::{Labels, Parts};
 use crate::edit::tile::EditTile;
 use crate::io::{Buffers, ReadAt, ThreadsFile, open_regular, output_target, start_thread};
+use crate::memory::EditShares;
 use crate::mesh::next_side;
-use crate::pipeline::memory::EditShares;
 use crate::shown;
 use crate::store::{
     Across, BLOCK, Directory, EditCache, EditLease, EditPin, Extent, Failure, OpenOptions, ReadError, Tile, TileEntry,

@@ -7,13 +7,13 @@
 use foldhash::{HashMap, HashSet};
 
 use crate::edit::error::EditError;
+use crate::edit::exchange::exchange;
 use crate::edit::patch::{Beside, New, Old, Patch};
 use crate::edit::tile::NewVertex;
 use crate::edit::tiles::{Pin, Tiles};
 use crate::geometry::{MortonSquare, Orientation, Point, Rect, in_circle, orient2d};
 use crate::mesh::{WALLS, next_side, prev_side};
-use crate::pipeline::options::BuildOptions;
-use crate::store::{TileId, Vertex, VertexId};
+use crate::store::{MAX_TILE_VERTICES, TileId, Vertex, VertexId};
 
 /// Adds vertices to a tile, none of which is there yet.
 pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Result<(), EditError> {
@@ -27,7 +27,7 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
         to(a).total_cmp(&to(b))
     });
     let near = near.map(|(_, index)| index);
-    let (vertices, most) = (tile.points().len() + new.len(), BuildOptions::MAX_TILE_VERTICES);
+    let (vertices, most) = (tile.points().len() + new.len(), MAX_TILE_VERTICES);
     drop(tile);
     if vertices > most {
         let [vertices, most] = [vertices, most].map(|count| count as u64);
@@ -147,7 +147,7 @@ impl Adding {
                 across: [Beside::Old(side), beside(after, 2), beside(before, 1)],
             });
         }
-        cavity.exchange(tiles)?;
+        exchange(cavity, tiles)?;
         if let Some((ends, _)) = on_constraint {
             part_sources(tiles, ends, vertex)?;
         }

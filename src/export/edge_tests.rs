@@ -7,17 +7,13 @@ use futures::stream::TryStreamExt;
 use super::*;
 use crate::geometry::Point;
 use crate::pipeline::{BuildOptions, Builder};
-use crate::store::OpenOptions;
+use crate::store::{OpenOptions, TileReader};
 
 /// A file of segments alone, in small tiles.
 async fn built(segments: &[[Point; 2]]) -> TileReader {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("lines.tiles");
-    let options = BuildOptions {
-        tile_vertices: 8,
-        threads: 1,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default().tile_vertices(8).threads(1);
     let mut builder = Builder::new(&path, options).unwrap();
     builder.push_segments(segments).unwrap();
     builder.finish().await.unwrap();
@@ -36,7 +32,7 @@ async fn check(segments: &[[Point; 2]], edges: usize) {
         expected.extend(ends);
     }
     assert_eq!(expected.len(), edges);
-    let options = ExportOptions { holes: true };
+    let options = ExportOptions::default().holes(true);
     let exported = export(&reader, Format::Ply, options, vec![Vec::new()], |_, _| ())
         .await
         .unwrap();

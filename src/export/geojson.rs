@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use futures::stream::StreamExt;
 
-use super::ExportError;
+use super::error::{Contradiction, ExportError};
 use super::numbering::Numbering;
 use super::output::{Job, Output};
 use super::part::{Cut, ForeignZ, PIECE_BYTES, Part};
@@ -93,9 +93,8 @@ async fn foreign_z(numbering: &Numbering, tile: &Tile) -> Result<ForeignZ, ReadE
         let corners = tile.corners(triangle).into_iter();
         for corner in corners.filter(|&corner| corner >= tile.vertex_count()) {
             let vertex = tile.vertex(corner).id;
-            numbering
-                .number(vertex)
-                .map_err(|reason| reader.damaged(tile.id(), reason))?;
+            let number = numbering.number(vertex);
+            number.map_err(|fault| numbering.damaged(tile.id(), fault))?;
             foreign.insert(vertex, 0.0);
         }
     }
@@ -106,20 +105,19 @@ async fn foreign_z(numbering: &Numbering, tile: &Tile) -> Result<ForeignZ, ReadE
             _ => other.insert(reader.tile(vertex.tile).await?),
         };
         let found = numbering.z(owner, vertex.index);
-        *z = found
-            .map_err(|reason| reader.damaged(vertex.tile, reason))?
-            .unwrap_or(0.0);
+        let found = found.map_err(|fault| numbering.damaged(vertex.tile, fault))?;
+        *z = found.unwrap_or(0.0);
     }
     Ok(foreign)
 }
 
-fn put_polygons(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), String> {
+fn put_polygons(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), Contradiction> {
     let tile = &part.tile;
     // A vertex is a corner of six triangles on average, and stands twice in one of three: its text is made once for the part.
     let mut texts = Vec::with_capacity(PIECE_BYTES as usize / 2);
     // Where the text of a vertex starts, from 1; it ends with its bracket. 0 if there is none yet.
     let mut starts = vec![0u32; tile.vertex_count() as usize];
-    let mut put_position = |corner: u32, out: &mut Vec<u8>| -> Result<(), String> {
+    let mut put_position = |corner: u32, out: &mut Vec<u8>| -> Result<(), Contradiction> {
         if let Some(start) = starts.get_mut(corner as usize) {
             if *start == 0 {
                 *start = texts.len() as u32 + 1;
@@ -147,7 +145,7 @@ fn put_polygons(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result
         out.push(b']');
         Ok(())
     };
-    numbering.for_each_triangle(part, |corners, [a, b, c]| {
+    part.for_each_triangle(numbering, |corners, [a, b, c]| {
         let separator = if out.is_empty() { "" } else { ",\n" };
         put(
             out,
@@ -166,8 +164,8 @@ fn put_polygons(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result
     })
 }
 
-fn put_points(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), String> {
-    for (vertex, number) in numbering.vertices(part) {
+fn put_points(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), Contradiction> {
+    for (vertex, number) in part.vertices(numbering) {
         let separator = if out.is_empty() { "" } else { ",\n" };
         let record = part.tile.record(vertex);
         put(

@@ -9,7 +9,7 @@ use crate::geometry::Point;
 use crate::input::PointBatch;
 use crate::pipeline::{BuildOptions, Builder};
 use crate::store::relabelled::{opened, relabelled};
-use crate::store::{Component, OpenOptions, Tile};
+use crate::store::{Component, OpenOptions, Tile, TileReader};
 
 const WIDTH: u32 = 70;
 
@@ -28,11 +28,7 @@ fn is_hole(tile: &Tile, triangle: u32) -> bool {
 async fn with_holes(tile_vertices: usize, hole_triangles: u64) -> TileReader {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("grid.tiles");
-    let options = BuildOptions {
-        tile_vertices,
-        threads: 1,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default().tile_vertices(tile_vertices).threads(1);
     let points = (0..WIDTH * WIDTH).map(|i| Point::new(f64::from(i % WIDTH), f64::from(i / WIDTH)));
     let mut builder = Builder::new(&path, options).unwrap();
     let batch = PointBatch {
@@ -55,7 +51,14 @@ const HOLES: u64 = 8 + 2 * 41 * 41;
 
 async fn exported(reader: &TileReader, format: Format, holes: bool) -> Result<Exported<Vec<u8>>, ExportError> {
     let outputs = format.suffixes().iter().map(|_| Vec::new()).collect();
-    export(reader, format, ExportOptions { holes }, outputs, |_, _| ()).await
+    export(
+        reader,
+        format,
+        ExportOptions::default().holes(holes),
+        outputs,
+        |_, _| (),
+    )
+    .await
 }
 
 /// The triangles of a file by the numbers of their vertices, without those in holes.

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use super::ExportError;
+use super::error::{Contradiction, ExportError};
 use super::numbering::Numbering;
 use super::output::{Job, Output};
 use super::part::{Cut, Part};
@@ -23,7 +23,7 @@ pub(super) async fn write<W: Write + Send + 'static>(
     let elements = |numbering: &Numbering, part: &Part, out: &mut Vec<u8>| {
         // The numbers of triangles go through the file too.
         let mut triangle = part.written_before;
-        numbering.for_each_triangle(part, |_, [a, b, c]| {
+        part.for_each_triangle(numbering, |_, [a, b, c]| {
             put(out, format_args!("{triangle} {a} {b} {c}\n"));
             triangle += 1;
             Ok(())
@@ -41,8 +41,8 @@ fn header(job: &Job<'_>, counts: &str) -> Vec<u8> {
     out
 }
 
-fn put_nodes(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), String> {
-    for (vertex, number) in numbering.vertices(part) {
+fn put_nodes(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), Contradiction> {
+    for (vertex, number) in part.vertices(numbering) {
         put(out, format_args!("{number} "));
         put_vertex(numbering, &part.tile, vertex, b' ', None, out)?;
         out.push(b'\n');

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use super::ExportError;
+use super::error::{Contradiction, ExportError};
 use super::numbering::Numbering;
 use super::output::{Job, Output};
 use super::part::{Cut, Part};
@@ -27,8 +27,8 @@ pub(super) async fn write<W: Write + Send + 'static>(
     job.pass(output, Cut::Triangles, put_faces).await
 }
 
-fn put_vertices(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), String> {
-    for (vertex, _) in numbering.vertices(part) {
+fn put_vertices(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), Contradiction> {
+    for (vertex, _) in part.vertices(numbering) {
         out.extend_from_slice(b"v ");
         put_vertex(numbering, &part.tile, vertex, b' ', Some(0.0), out)?;
         out.push(b'\n');
@@ -36,8 +36,8 @@ fn put_vertices(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result
     Ok(())
 }
 
-fn put_faces(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), String> {
-    numbering.for_each_triangle(part, |_, vertices| {
+fn put_faces(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), Contradiction> {
+    part.for_each_triangle(numbering, |_, vertices| {
         let [a, b, c] = vertices.map(|vertex| vertex + 1);
         put(out, format_args!("f {a} {b} {c}\n"));
         Ok(())

@@ -6,9 +6,10 @@ use std::sync::Arc;
 
 use futures::stream::{self, Stream, StreamExt};
 
+use super::error::{Contradiction, ExportError};
 use super::numbering::Numbering;
+use super::options::ExportOptions;
 use super::part::{Cut, PIECE_BYTES, Part};
-use super::{ExportError, ExportOptions};
 use crate::store::{Needs, Plan, ReadError, TileId, TileReader, spawn};
 
 /// Bytes that are written at once, at least, but for the last.
@@ -137,7 +138,7 @@ impl<'a> Job<'a> {
     pub(super) async fn pass<W, F>(&mut self, output: &mut Output<W>, cut: Cut, format: F) -> Result<(), ExportError>
     where
         W: Write + Send + 'static,
-        F: Fn(&Numbering, &Part, &mut Vec<u8>) -> Result<(), String> + Clone + Send + 'static,
+        F: Fn(&Numbering, &Part, &mut Vec<u8>) -> Result<(), Contradiction> + Clone + Send + 'static,
     {
         let plan = self.reader().plan(Self::needs())?;
         let tiles = self.reader().pass(self.reader().tile_ids(), plan);
@@ -192,7 +193,7 @@ impl<'a> Job<'a> {
     ) -> Result<u64, ExportError>
     where
         W: Write + Send + 'static,
-        F: Fn(&Numbering, &Part, &mut Vec<u8>) -> Result<(), String> + Clone + Send + 'static,
+        F: Fn(&Numbering, &Part, &mut Vec<u8>) -> Result<(), Contradiction> + Clone + Send + 'static,
     {
         let numbering = Arc::clone(&self.numbering);
         let parts = tiles.flat_map(|parts| match parts {
@@ -207,7 +208,7 @@ impl<'a> Job<'a> {
                 before += u64::from(part.triangles);
                 spawn(move || {
                     let mut bytes = Vec::new();
-                    let damaged = |reason| numbering.reader().damaged(part.tile.id(), reason);
+                    let damaged = |fault| numbering.damaged(part.tile.id(), fault);
                     format(&numbering, &part, &mut bytes).map_err(damaged)?;
                     Ok::<_, ReadError>((bytes, part.triangles, part.is_last))
                 })

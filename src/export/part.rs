@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::error::Contradiction;
 use super::numbering::Numbering;
 use crate::store::{ReadError, TileInPass, VertexId};
 
@@ -39,6 +40,36 @@ pub(super) struct Part {
 
 /// The z of vertices of other tiles, by tile.
 pub(super) type ForeignZ = BTreeMap<VertexId, f64>;
+
+impl Part {
+    /// Hands out the triangles that are written: their corners, and their vertices' numbers.
+    pub(super) fn for_each_triangle(
+        &self,
+        numbering: &Numbering,
+        mut take: impl FnMut([u32; 3], [u64; 3]) -> Result<(), Contradiction>,
+    ) -> Result<(), Contradiction> {
+        let Self { tile, range, .. } = self;
+        let start = numbering.start(tile);
+        for triangle in range.clone().filter(|&triangle| numbering.is_written(tile, triangle)) {
+            let corners = tile.corners(triangle);
+            let mut numbers = corners.map(|corner| start + u64::from(corner));
+            for (corner, number) in corners.into_iter().zip(&mut numbers) {
+                if corner >= tile.vertex_count() {
+                    *number = numbering.number(tile.vertex(corner).id)?;
+                }
+            }
+            take(corners, numbers)?;
+        }
+        Ok(())
+    }
+
+    /// The vertices, and their numbers through the file.
+    pub(super) fn vertices(&self, numbering: &Numbering) -> impl Iterator<Item = (u32, u64)> + use<> {
+        let start = numbering.start(&self.tile);
+        let vertices = self.range.clone();
+        vertices.map(move |vertex| (vertex, start + u64::from(vertex)))
+    }
+}
 
 impl Numbering {
     /// The parts of a tile, at least one. Those of triangles are an error if not as many triangles belong to

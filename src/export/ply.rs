@@ -11,7 +11,7 @@ use std::io::Write;
 
 use futures::stream::StreamExt;
 
-use super::ExportError;
+use super::error::{Contradiction, ExportError};
 use super::numbering::Numbering;
 use super::output::{Job, Output};
 use super::part::{Cut, Part};
@@ -129,7 +129,7 @@ fn put_vertex(
     vertex: u32,
     records: RecordType,
     out: &mut Vec<u8>,
-) -> Result<(), String> {
+) -> Result<(), Contradiction> {
     let p = tile.point(vertex);
     let z = numbering.z(tile, vertex)?.unwrap_or(0.0);
     for number in [p.x, p.y, z] {
@@ -138,8 +138,8 @@ fn put_vertex(
     let record = tile.record(vertex);
     match records {
         RecordType::Uint => {
-            let record = u32::try_from(record)
-                .map_err(|_| format!("vertex {vertex} is of record {record}, which no source has, by the directory"))?;
+            let fits = u32::try_from(record);
+            let record = fits.map_err(|_| Contradiction::NoSuchRecord { vertex, record })?;
             out.extend_from_slice(&record.to_le_bytes());
         }
         RecordType::Double => out.extend_from_slice(&(record as f64).to_le_bytes()),
@@ -147,8 +147,8 @@ fn put_vertex(
     Ok(())
 }
 
-fn put_faces(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), String> {
-    numbering.for_each_triangle(part, |_, vertices| {
+fn put_faces(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), Contradiction> {
+    part.for_each_triangle(numbering, |_, vertices| {
         out.push(3);
         for vertex in vertices {
             // There are at most 2^32 vertices.
@@ -158,7 +158,7 @@ fn put_faces(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<()
     })
 }
 
-fn put_edges(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), String> {
+fn put_edges(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), Contradiction> {
     let edges = part.tile.owned_constraints().skip(part.range.start as usize);
     for edge in edges.take(part.range.len()) {
         for vertex in part.tile.ends(edge) {

@@ -6,7 +6,7 @@ use crate::geometry::{Point, Rect};
 use crate::io::{Buffers, MemoryFile};
 use crate::store::{
     BorderDraft, CoreDraft, Directory, HULL, KdNode, KdTree, Metadata, OpenOptions, Source, TileEntry, TileId,
-    TileWriter, VertexId,
+    TileReader, TileWriter, VertexId,
 };
 
 /// Two tiles and one triangle across them: vertices 0:0 and 0:1, and 1:0. Each test makes a piece of it wrong.

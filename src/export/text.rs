@@ -2,6 +2,7 @@
 
 use std::io::Write;
 
+use super::error::Contradiction;
 use super::numbering::Numbering;
 use crate::store::Tile;
 
@@ -24,7 +25,7 @@ pub(super) fn put_vertex(
     separator: u8,
     no_z: Option<f64>,
     out: &mut Vec<u8>,
-) -> Result<(), String> {
+) -> Result<(), Contradiction> {
     let p = tile.point(vertex);
     put_number(out, p.x);
     out.push(separator);

@@ -1,5 +1,7 @@
 //! Half-edges of triangles that lie in arrays, and their arithmetic.
 
+use std::fmt;
+
 /// A half-edge of a triangulation: `3 * triangle + corner`, where `corner` is the one that it starts at.
 ///
 /// ```text
@@ -77,5 +79,47 @@ impl HalfEdge {
     #[must_use]
     pub const fn index(self) -> usize {
         self.0 as usize
+    }
+}
+
+/// An `Option<HalfEdge>` in four bytes instead of eight: arrays of these are most of what a triangulation in core takes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct PackedHalfEdge(u32);
+
+impl PackedHalfEdge {
+    /// No half-edge.
+    pub const NONE: Self = Self(u32::MAX);
+
+    /// The half-edge, if it is one.
+    #[inline]
+    #[must_use]
+    pub const fn get(self) -> Option<HalfEdge> {
+        if self.0 == Self::NONE.0 {
+            None
+        } else {
+            Some(HalfEdge(self.0))
+        }
+    }
+}
+
+impl From<HalfEdge> for PackedHalfEdge {
+    #[inline]
+    fn from(half_edge: HalfEdge) -> Self {
+        debug_assert!(half_edge.0 != u32::MAX);
+        Self(half_edge.0)
+    }
+}
+
+impl From<Option<HalfEdge>> for PackedHalfEdge {
+    #[inline]
+    fn from(half_edge: Option<HalfEdge>) -> Self {
+        half_edge.map_or(Self::NONE, Self::from)
+    }
+}
+
+impl fmt::Debug for PackedHalfEdge {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.get().fmt(f)
     }
 }

@@ -7,6 +7,7 @@ use std::cmp::Ordering;
 /// The coordinates of every point that a triangulation holds are finite, their magnitude is zero or within
 /// [`Point::MIN_MAGNITUDE`]..=[`Point::MAX_MAGNITUDE`], and a zero is never negative ([`Point::normalized`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Point {
     /// Easting, longitude, column.
     pub x: f64,

@@ -3,20 +3,20 @@
 //! In: a file or a stream. Out: [`ByteInput`], which the formats that need no seeking read.
 //! gzip is undone here (all members of the file), so that no format has to know of it.
 
-use super::InputError;
-use super::watch::{Reading, Watched};
+use super::watch::Watched;
+use super::{InputError, Reading};
 use std::io::{self, Read};
 use std::path::Path;
 use std::sync::Arc;
 
 /// The size of a read buffer, and of a read.
-pub(super) const BUFFER: usize = 256 << 10;
+pub const BUFFER: usize = 256 << 10;
 
 /// The first bytes of a gzip file: magic number and deflate, the one method there is (RFC 1952).
 const GZIP: [u8; 3] = [0x1f, 0x8b, 8];
 
 /// An opened input, before its format takes it.
-pub(super) struct ByteInput {
+pub struct ByteInput {
     /// Its name, for messages.
     pub path: Arc<Path>,
     /// Its bytes: decompressed, from the first on.
@@ -66,11 +66,7 @@ impl ByteInput {
                 size,
                 head,
             }),
-            Err(source) => Err(InputError::Read {
-                path: path.to_path_buf(),
-                offset: 0,
-                source,
-            }),
+            Err(source) => Err(InputError::read(&path, 0, source)),
         }
     }
 }

@@ -13,6 +13,15 @@ thread_local! {
 
 /// Whether a panic on this thread is caught by a reader, and becomes an
 /// [`InputError`](super::InputError). For panic hooks, which need not report such a panic.
+///
+/// ```
+/// let before = std::panic::take_hook();
+/// std::panic::set_hook(Box::new(move |panic| {
+///     if !delaunay_tiles::input::panic_is_caught() {
+///         before(panic);
+///     }
+/// }));
+/// ```
 #[must_use]
 pub fn panic_is_caught() -> bool {
     IS_CAUGHT.get()
@@ -20,7 +29,7 @@ pub fn panic_is_caught() -> bool {
 
 /// What the work gives; `None` if it panics. What it leaves behind then must not be used again.
 #[cfg_attr(not(feature = "las"), allow(dead_code, reason = "only the decoder of LAZ panics"))]
-pub(super) fn catch<T>(work: impl FnOnce() -> T) -> Option<T> {
+pub fn catch<T>(work: impl FnOnce() -> T) -> Option<T> {
     let before = IS_CAUGHT.replace(true);
     let result = catch_unwind(AssertUnwindSafe(work));
     IS_CAUGHT.set(before);

@@ -4,9 +4,9 @@ use crate::shown;
 use std::error::Error;
 use std::fmt;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Where in a file something was found.
+/// Where in a file something was found, in [`InputError`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Place {
@@ -41,7 +41,71 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why points could not be read.
+/// What a record of a file is, in [`InputError`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum RecordKind {
+    /// A point, or what should be one.
+    Point,
+    /// A segment of a line.
+    Segment,
+    /// An obstacle: a feature with polygons.
+    Obstacle,
+    /// A site.
+    Site,
+}
+
+impl RecordKind {
+    /// What a record is called in messages.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Point => "record",
+            Self::Segment => "segment",
+            Self::Obstacle => "obstacle",
+            Self::Site => "site",
+        }
+    }
+
+    /// What to do about a record that is wrong.
+    fn advice(self) -> &'static str {
+        match self {
+            Self::Point => "; correct it, or pass over such records with --skip-invalid",
+            Self::Segment | Self::Obstacle | Self::Site => "",
+        }
+    }
+
+    /// What is wrong with the name of a file, and which names tell a format.
+    fn naming(self) -> &'static str {
+        match self {
+            Self::Point => {
+                "the name does not tell the format; give it with --format, or use one of the suffixes .csv .tsv .txt \
+                 .xyz .f64 .node .poly .geojson .json .geojsonl .las .laz (and .gz after any but the last two)"
+            }
+            Self::Segment => {
+                "the name does not tell how segments are written in it; use one of the suffixes .geojson .json \
+                 .geojsonl .csv .tsv .txt (and .gz after any of these), .u32 .u64"
+            }
+            Self::Obstacle => {
+                "obstacles are read from GeoJSON, and the name does not tell that this is some; use one of the \
+                 suffixes .geojson .json .geojsonl (and .gz after any of these)"
+            }
+            Self::Site => {
+                "the name does not tell how sites are written in it; use one of the suffixes .geojson .json .geojsonl \
+                 .csv .tsv .txt .xyz (and .gz after any of these)"
+            }
+        }
+    }
+}
+
+/// Why an input could not be read.
+///
+/// ```
+/// use delaunay_tiles::input::{InputError, RecordKind, SegmentSource};
+///
+/// let unknown = SegmentSource::open(&["walls.shp".into()]).map(|_| ());
+/// let kind = RecordKind::Segment;
+/// assert!(matches!(unknown, Err(InputError::UnknownFormat { kind: found, .. }) if found == kind));
+/// ```
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum InputError {
@@ -80,15 +144,13 @@ pub enum InputError {
     /// The reading was [stopped](super::Reading::stop).
     #[error("the reading was stopped")]
     Stopped,
-    /// Neither the name nor an option tells the format.
-    #[error(
-        "{}: the name does not tell the format; give it with --format, or use one of the suffixes .csv .tsv .txt .xyz \
-         .f64 .node .poly .geojson .json .geojsonl .las .laz (and .gz after any but the last two)",
-        shown::path(path)
-    )]
+    /// Neither the name nor an option tells the format in which a file has records of this kind.
+    #[error("{}: {}", shown::path(path), kind.naming())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
+        /// The records that it should have.
+        kind: RecordKind,
     },
     /// The library was built without the reader.
     #[error(
@@ -103,82 +165,16 @@ pub enum InputError {
         /// The feature of the crate that has its reader.
         feature: &'static str,
     },
-    /// A record is no valid point. With [`skip_invalid`](super::InputOptions::skip_invalid) it is counted instead.
-    #[error(
-        "{}: record {record} ({place}): {found}; correct it, or pass over such records with --skip-invalid",
-        shown::path(path)
-    )]
+    /// A record is not what it should be. Of points it is counted instead with
+    /// [`skip_invalid`](super::InputOptions::skip_invalid).
+    #[error("{}: {} {number} ({place}): {found}{}", shown::path(path), kind.name(), kind.advice())]
     Record {
         /// The file.
         path: PathBuf,
-        /// The record number, over all inputs.
-        record: u64,
-        /// Where in the file.
-        place: Place,
-        /// What was found.
-        found: String,
-    },
-    /// The name does not tell the format of a file with segments.
-    #[error(
-        "{}: the name does not tell how segments are written in it; use one of the suffixes .geojson .json .geojsonl .csv .tsv .txt \
-         (and .gz after any of these), .u32 .u64",
-        shown::path(path)
-    )]
-    UnknownSegments {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A record is no segment.
-    #[error("{}: segment {segment} ({place}): {found}", shown::path(path))]
-    Segment {
-        /// The file.
-        path: PathBuf,
-        /// The number of the segment, over all inputs.
-        segment: u64,
-        /// Where in the file.
-        place: Place,
-        /// What was found.
-        found: String,
-    },
-    /// The name does not tell that a file has polygons.
-    #[error(
-        "{}: obstacles are read from GeoJSON, and the name does not tell that this is some; use one of the suffixes .geojson .json \
-         .geojsonl (and .gz after any of these)",
-        shown::path(path)
-    )]
-    UnknownObstacles {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A record is no polygon.
-    #[error("{}: obstacle {obstacle} ({place}): {found}", shown::path(path))]
-    Obstacle {
-        /// The file.
-        path: PathBuf,
-        /// The number of the feature, over all inputs.
-        obstacle: u64,
-        /// Where in the file.
-        place: Place,
-        /// What was found.
-        found: String,
-    },
-    /// The name does not tell the format of a file with sites.
-    #[error(
-        "{}: the name does not tell how sites are written in it; use one of the suffixes .geojson .json .geojsonl .csv .tsv .txt \
-         .xyz (and .gz after any of these)",
-        shown::path(path)
-    )]
-    UnknownSites {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A record is no site.
-    #[error("{}: site {site} ({place}): {found}", shown::path(path))]
-    Site {
-        /// The file.
-        path: PathBuf,
-        /// The number of the site, over all inputs.
-        site: u64,
+        /// What the record should be.
+        kind: RecordKind,
+        /// The number of the record, over all inputs.
+        number: u64,
         /// Where in the file.
         place: Place,
         /// What was found.
@@ -208,4 +204,26 @@ pub enum InputError {
         /// What is possible.
         expected: String,
     },
+}
+
+impl InputError {
+    /// The error of a file whose structure is broken, with no decoder's error behind it.
+    pub(super) fn malformed(path: &Path, place: Place, problem: impl Into<String>, hint: &'static str) -> Self {
+        Self::Malformed {
+            path: path.to_owned(),
+            place,
+            problem: problem.into(),
+            hint,
+            source: None,
+        }
+    }
+
+    /// The error of a read that failed behind `offset` bytes.
+    pub(super) fn read(path: &Path, offset: u64, source: io::Error) -> Self {
+        Self::Read {
+            path: path.to_owned(),
+            offset,
+            source,
+        }
+    }
 }

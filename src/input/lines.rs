@@ -1,187 +1,148 @@
-//! Lines of text, for the formats that have lines.
-//!
-//! In: a stream of bytes of any kind. Out: rows, which are lines that are neither blank nor a comment, as byte slices;
-//! the format may add further lines to a row, as quoted fields need it. A row has [`LONGEST`] bytes at most.
+//! Segments: what a batch of them is, and how their readers number them, with z for all ends or for none.
 
-use super::bytes::{BUFFER, ByteInput};
-use super::{InputError, Place};
-use std::io::{BufRead, BufReader, Read};
+use super::reader::{Batch, Sink, Totals};
+use super::spot::Spot;
+use crate::geometry::Point;
+use crate::shown;
 use std::path::Path;
-use std::sync::Arc;
 
-/// The longest row. No row of numbers comes near; binary files without line ends do.
-const LONGEST: usize = 1 << 20;
-
-pub(super) struct Lines {
-    path: Arc<Path>,
-    read: Box<dyn BufRead + Send>,
-    /// The line read last, with its line end.
-    text: Vec<u8>,
-    /// Its number, from 1.
-    line: u64,
-    /// The line on which the row begins, and the row's bytes so far.
-    row: u64,
-    length: usize,
-    /// Bytes read.
-    offset: u64,
+/// A batch of segments: what a [`SegmentSource`](super::SegmentSource) gives, and a [`Builder`](crate::Builder) takes.
+#[derive(Clone, Debug, Default)]
+pub struct SegmentBatch {
+    /// Segments by their ends: valid and normalized points.
+    pub ends: Vec<[Point; 2]>,
+    /// The elevations of these ends: finite, or NaN where an end has none. Empty if the source has
+    /// none ([`has_z`](super::SegmentSource::has_z)), else as long as `ends`.
+    pub z: Vec<[f64; 2]>,
+    /// Segments by the record numbers of two points.
+    pub records: Vec<[u64; 2]>,
+    /// The number of each segment's line, first of those in `ends`, then of those in `records`.
+    pub lines: Vec<u64>,
+    /// Of obstacles, the number of the polygon of each segment in `ends`: a line has several if it is a MultiPolygon. Empty where each
+    /// line is one.
+    pub polygons: Vec<u64>,
 }
 
-impl Lines {
-    /// Passes over a byte order mark.
-    pub fn new(mut input: ByteInput) -> Result<Self, InputError> {
-        let offset = input.skip_mark();
-        let lines = Self::over(
-            input.path,
-            Box::new(BufReader::with_capacity(BUFFER, input.read)),
-            offset,
-        );
-        if input.head.starts_with(b"\xff\xfe") || input.head.starts_with(b"\xfe\xff") {
-            return Err(lines.malformed("this is UTF-16".to_owned(), "convert it to UTF-8"));
-        }
-        Ok(lines)
+impl SegmentBatch {
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.ends.is_empty() && self.records.is_empty()
     }
 
-    fn over(path: Arc<Path>, read: Box<dyn BufRead + Send>, offset: u64) -> Self {
-        Self {
-            path,
-            read,
-            text: Vec::new(),
-            line: 0,
-            row: 0,
-            length: 0,
-            offset,
-        }
-    }
-
-    /// The line on which the row given last begins, from 1.
-    #[inline]
-    pub fn row(&self) -> u64 {
-        self.row
-    }
-
-    /// An error at the row given last.
-    pub fn malformed(&self, problem: String, hint: &'static str) -> InputError {
-        InputError::Malformed {
-            path: self.path.to_path_buf(),
-            place: match self.row {
-                0 => Place::File,
-                row => Place::Line(row),
-            },
-            problem,
-            hint,
-            source: None,
-        }
-    }
-
-    /// The line read last, with its line end; empty at the end.
-    #[inline]
-    pub fn text(&self) -> &[u8] {
-        &self.text
-    }
-
-    /// Goes to the next row; false at the end.
-    #[inline]
-    pub fn next_row(&mut self) -> Result<bool, InputError> {
-        loop {
-            self.row = self.line + 1;
-            self.length = 0;
-            self.read_line()?;
-            if self.text.is_empty() || !is_void(&self.text) {
-                return Ok(!self.text.is_empty());
-            }
-        }
-    }
-
-    /// Reads the next line, whatever it has, as a further one of the row.
-    #[inline]
-    pub fn read_line(&mut self) -> Result<(), InputError> {
-        self.text.clear();
-        // One byte more than may be, to tell.
-        let most = (LONGEST + 1 - self.length) as u64;
-        let read = self.read.by_ref().take(most).read_until(b'\n', &mut self.text);
-        self.offset += self.text.len() as u64;
-        let n = read.map_err(|source| InputError::Read {
-            path: self.path.to_path_buf(),
-            offset: self.offset,
-            source,
-        })?;
-        self.line += 1;
-        self.length += n;
-        if self.length > LONGEST {
-            return Err(self.malformed(
-                format!("a row of more than {LONGEST} bytes"),
-                "is this a text file, and is every quoted field closed?",
-            ));
-        }
-        Ok(())
+    /// Removes all segments and keeps the memory.
+    pub fn clear(&mut self) {
+        self.ends.clear();
+        self.z.clear();
+        self.records.clear();
+        self.lines.clear();
+        self.polygons.clear();
     }
 }
 
-#[cfg(feature = "text")]
-impl Lines {
-    /// The line read last, to change.
-    #[inline]
-    pub fn text_mut(&mut self) -> &mut [u8] {
-        &mut self.text
+/// Ends whose z is not as the others'.
+#[derive(Default)]
+struct OddEnds {
+    /// Those that had none.
+    padded: u64,
+    /// Those whose z was left out.
+    cut: u64,
+}
+
+impl OddEnds {
+    /// What a person should know of them.
+    fn notes(&self, path: &Path) -> Vec<String> {
+        let path = shown::path(path);
+        let padded = (self.padded > 0).then(|| format!("{path}: {} ends have no z, and others have", self.padded));
+        let cut = (self.cut > 0).then(|| {
+            let cut = self.cut;
+            format!("{path}: the z of {cut} ends is not kept, since the first position of no file has one")
+        });
+        padded.into_iter().chain(cut).collect()
+    }
+}
+
+/// What the reader of a file with segments counts.
+#[derive(Default)]
+pub struct LineTally {
+    /// The lines that are at their end, those without segments too.
+    pub lines: u64,
+    /// The polygons that were begun.
+    pub polygons: u64,
+}
+
+/// What is counted over all files with segments.
+#[derive(Default)]
+pub struct LineTotals {
+    /// Lines of the files that are done, and their polygons.
+    first_line: u64,
+    first_polygon: u64,
+    /// One more than the largest line that is known by now.
+    pub lines: u64,
+    odd: OddEnds,
+}
+
+impl Batch for SegmentBatch {
+    type Options = ();
+    type Totals = LineTotals;
+    type Tally = LineTally;
+
+    fn len(&self) -> usize {
+        self.ends.len() + self.records.len()
     }
 
-    /// The coming lines from the next row on, 64 KiB and a little more, or all. They come again.
-    pub fn sample(&mut self) -> Result<Sample, InputError> {
-        const ENOUGH: usize = 64 << 10;
-        self.next_row()?;
-        let (line, offset) = (self.row - 1, self.offset - self.text.len() as u64);
-        let mut text = Vec::new();
-        while !self.text.is_empty() && text.len() < ENOUGH {
-            text.append(&mut self.text);
-            self.row = self.line + 1;
-            self.length = 0;
-            self.read_line()?;
+    fn clear(&mut self) {
+        Self::clear(self);
+    }
+}
+
+impl Totals<SegmentBatch> for LineTotals {
+    fn add(&mut self, batch: &SegmentBatch, tally: &LineTally) {
+        let in_batch = batch.lines.last().map_or(0, |last| last + 1);
+        self.lines = in_batch.max(self.first_line + tally.lines);
+    }
+
+    fn end_file(&mut self, tally: &LineTally, _: u64) -> u64 {
+        self.first_line += tally.lines;
+        self.first_polygon += tally.polygons;
+        self.first_line
+    }
+
+    fn notes(&mut self, path: &Path) -> Vec<String> {
+        std::mem::take(&mut self.odd).notes(path)
+    }
+}
+
+impl Sink<'_, SegmentBatch> {
+    /// Takes a segment of this line of the file.
+    pub fn segment(&mut self, ends: [Spot; 2], line: u64) {
+        self.batch.ends.push(ends.map(|end| end.point));
+        self.batch.lines.push(self.totals.first_line + line);
+        for end in ends {
+            self.totals.odd.padded += u64::from(self.wants_z && end.z.is_none());
+            self.totals.odd.cut += u64::from(!self.wants_z && end.z.is_some());
         }
-        text.append(&mut self.text);
-        let text: Arc<[u8]> = text.into();
-        let rest = std::mem::replace(&mut self.read, Box::new(std::io::empty()));
-        self.read = Box::new(std::io::Cursor::new(text.clone()).chain(rest));
-        (self.line, self.offset) = (line, offset);
-        Ok(Sample {
-            path: self.path.clone(),
-            text,
-            line,
-        })
-    }
-}
-
-/// Lines that were read ahead.
-#[cfg(feature = "text")]
-pub(super) struct Sample {
-    path: Arc<Path>,
-    text: Arc<[u8]>,
-    /// The lines before.
-    line: u64,
-}
-
-#[cfg(feature = "text")]
-impl Sample {
-    pub fn lines(&self) -> Lines {
-        let text = Box::new(std::io::Cursor::new(self.text.clone()));
-        Lines {
-            line: self.line,
-            ..Lines::over(self.path.clone(), text, 0)
+        if self.wants_z {
+            self.batch.z.push(ends.map(|end| end.z.unwrap_or(f64::NAN)));
         }
     }
-}
 
-/// Whether a line has nothing to read: blank, or a comment.
-#[inline]
-fn is_void(line: &[u8]) -> bool {
-    match line.first() {
-        Some(b'#') | None => true,
-        Some(b' ' | b'\t' | b'\r' | b'\n') => matches!(line.trim_ascii_start().first(), Some(b'#') | None),
-        Some(_) => false,
+    /// Takes a segment of this polygon of the file, which is of this line.
+    #[cfg(feature = "geojson")]
+    pub fn side(&mut self, ends: [Spot; 2], line: u64, polygon: u64) {
+        self.segment(ends, line);
+        self.batch.polygons.push(self.totals.first_polygon + polygon);
     }
-}
 
-/// A field as a number, also `nan` and `inf`.
-#[inline]
-pub(super) fn number(field: &[u8]) -> Option<f64> {
-    std::str::from_utf8(field).ok()?.parse().ok()
+    /// Takes a segment between two records.
+    pub fn pair(&mut self, records: [u64; 2], line: u64) {
+        self.batch.records.push(records);
+        self.batch.lines.push(self.totals.first_line + line);
+    }
+
+    /// The number of a line of the file, over all files.
+    #[cfg(feature = "geojson")]
+    pub fn line(&self, line: u64) -> u64 {
+        self.totals.first_line + line
+    }
 }

@@ -22,14 +22,24 @@
 //!              └ expected_points, sample, identity
 //! ```
 //!
-//! | format | module | as a stream | feature |
+//! All three kinds of record go through one [`Source`]. The rooms, each of which uses those before it:
+//!
+//! | room | what |
+//! |---|---|
+//! | `watch`, `bytes` | bytes of files and streams: counted, stopped, unzipped |
+//! | `reader` | what a format does, and the sink where it puts its records |
+//! | `points`, `lines`, `sites` | batches, and what their sinks take |
+//! | `formats` | a room or file per format, in it a reader per kind of record |
+//! | `source` | the stream of batches, and which formats each kind is read from |
+//!
+//! | format | in `formats` | as a stream | feature |
 //! |---|---|---|---|
-//! | rows of text: comma, semicolon, tab, blanks | `text` over `rows` | yes | `text` |
+//! | rows of text: comma, semicolon, tab, blanks | `text` | yes | `text` |
 //! | raw little-endian f64 | `raw` | yes | |
 //! | Triangle's and TetGen's `.node` | `node` | yes | |
 //! | the points of Triangle's `.poly` | `node`; `poly` has the rest | yes, but for those with a `.node` beside them | |
-//! | GeoJSON, newline-delimited too | `geojson` over `json` | yes | `geojson` |
-//! | LAS, LAZ, COPC | `las`, `laz` | no: needs a file | `las` |
+//! | GeoJSON, newline-delimited too | `geojson` | yes | `geojson` |
+//! | LAS, LAZ, COPC | `las` | no: needs a file | `las` |
 //!
 //! **Memory** is bounded whatever the file: a read buffer of 256 KiB, a batch, and for text one row of at most 1 MiB
 //! with the ends of its fields, for GeoJSON one name of at most 2 MiB, for LAZ the decompressor's state of one chunk;
@@ -56,83 +66,23 @@
 mod bytes;
 mod caught;
 mod error;
-mod files;
-#[cfg(feature = "geojson")]
-mod geojson;
-#[cfg(feature = "geojson")]
-mod json;
-#[cfg(feature = "las")]
-mod las;
-#[cfg(feature = "las")]
-mod laz;
+mod flaw;
+mod formats;
 mod lines;
-mod node;
 mod options;
-mod poly;
-mod raw;
+mod points;
 mod reader;
-mod row_file;
-#[cfg(feature = "text")]
-mod rows;
 mod sample;
-mod segments;
-mod sink;
-#[cfg_attr(
-    not(any(feature = "text", feature = "geojson")),
-    allow(dead_code, unused_variables, reason = "sites are read from text and GeoJSON alone")
-)]
 mod sites;
 mod source;
-#[cfg_attr(
-    not(any(feature = "text", feature = "geojson")),
-    allow(dead_code, reason = "without these formats nothing has places but points")
-)]
 mod spot;
-#[cfg(feature = "text")]
-mod text;
 mod watch;
 
 pub use caught::panic_is_caught;
-pub use error::{InputError, Place};
+pub use error::{InputError, Place, RecordKind};
+pub use lines::SegmentBatch;
 pub use options::{Column, Columns, Format, InputOptions, MissingZ, Returns};
-pub use poly::PolySource;
-pub use row_file::RowFile;
-pub use segments::{LineOrigin, SegmentBatch, SegmentSource};
-pub use sink::InputCounts;
-pub use sites::{SiteBatch, SiteId, SiteSource};
-pub use source::PointSource;
+pub use points::{InputCounts, PointBatch};
+pub use sites::{SiteBatch, SiteId};
+pub use source::{LineOrigin, PointSource, PolySource, RowFile, SegmentSource, SiteSource, Source};
 pub use watch::{FileStamp, Reading};
-
-use crate::geometry::Point;
-
-/// A batch of points in input order.
-#[derive(Clone, Debug, Default)]
-pub struct PointBatch {
-    /// The points: valid and normalized.
-    pub points: Vec<Point>,
-    /// Their elevations: finite. Empty if the source has none ([`PointSource::has_z`]), else as long as `points`.
-    pub z: Vec<f64>,
-    /// Their record numbers, ascending; as long as `points`.
-    pub records: Vec<u64>,
-}
-
-impl PointBatch {
-    /// The number of points.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.points.len()
-    }
-
-    /// Whether the batch has no points.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.points.is_empty()
-    }
-
-    /// Removes all points and keeps the memory.
-    pub fn clear(&mut self) {
-        self.points.clear();
-        self.z.clear();
-        self.records.clear();
-    }
-}

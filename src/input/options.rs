@@ -6,6 +6,14 @@ use std::path::Path;
 use std::str::FromStr;
 
 /// The format of a file with points.
+///
+/// ```
+/// use delaunay_tiles::input::Format;
+///
+/// assert_eq!(Format::from_path("lidar/Tile.LAZ".as_ref()), Some(Format::Las));
+/// assert_eq!("csv".parse::<Format>()?, Format::Text);
+/// # Ok::<(), delaunay_tiles::input::InputError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Format {
@@ -45,6 +53,22 @@ impl Format {
     }
 }
 
+#[cfg(not(all(feature = "text", feature = "geojson", feature = "las")))]
+impl Format {
+    /// The error of a file in a format that the library was built without.
+    pub(super) fn missing(self, path: &Path) -> InputError {
+        InputError::MissingFeature {
+            path: path.to_owned(),
+            what: self.to_string(),
+            feature: match self {
+                Self::Las => "las",
+                Self::GeoJson => "geojson",
+                _ => "text",
+            },
+        }
+    }
+}
+
 impl FromStr for Format {
     type Err = InputError;
 
@@ -78,7 +102,7 @@ impl fmt::Display for Format {
     }
 }
 
-/// A column of a text file.
+/// A column of a text file, as one of [`Columns`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Column {
     /// By position, from 1.
@@ -99,6 +123,14 @@ impl fmt::Display for Column {
 /// The columns of a text file that hold the coordinates, as in `--columns lon,lat` or `--columns 2,3,5`.
 ///
 /// A column that is all digits is a number, anything else a name. Without a third one there is no z.
+///
+/// ```
+/// use delaunay_tiles::input::{Column, Columns};
+///
+/// let columns: Columns = "lon,lat,5".parse()?;
+/// assert_eq!(columns.z, Some(Column::Number(5)));
+/// # Ok::<(), delaunay_tiles::input::InputError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Columns {
     /// The column of x.
@@ -156,7 +188,7 @@ impl fmt::Display for Columns {
     }
 }
 
-/// Which returns of a lidar pulse are points.
+/// Which returns of a lidar pulse are points: an option of [`InputOptions`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Returns {
@@ -196,7 +228,7 @@ impl fmt::Display for Returns {
     }
 }
 
-/// What to do with what has no z, where other points, lines or sites have.
+/// What to do with what has no z, where other points, lines or sites have: an option of [`InputOptions`] and of builds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MissingZ {
@@ -207,23 +239,22 @@ pub enum MissingZ {
     Zero,
 }
 
-/// How to read. An option that does not concern the format at hand has no effect.
+/// How to read points. An option that does not concern the format at hand has no effect.
+///
+/// ```
+/// use delaunay_tiles::input::{Format, InputOptions};
+///
+/// let options = InputOptions::default().format(Format::F64).dims(3).skip_invalid(true);
+/// ```
 #[derive(Clone, Debug)]
 pub struct InputOptions {
-    /// The format of all inputs; `None` goes by each file's suffix.
-    pub format: Option<Format>,
-    /// Text: the columns; `None` goes by the header, or by position where there is none.
-    pub columns: Option<Columns>,
-    /// f64: the numbers per point, 2 or 3.
-    pub dims: u8,
-    /// LAS: the classes to keep; empty keeps all.
-    pub classes: Vec<u8>,
-    /// LAS: the returns to keep.
-    pub returns: Returns,
-    /// Count invalid records and pass over them, where otherwise the first one is an error.
-    pub skip_invalid: bool,
-    /// What to do with points that have no z where others have.
-    pub missing_z: MissingZ,
+    pub(super) format: Option<Format>,
+    pub(super) columns: Option<Columns>,
+    pub(super) dims: u8,
+    pub(super) classes: Vec<u8>,
+    pub(super) returns: Returns,
+    pub(super) skip_invalid: bool,
+    pub(super) missing_z: MissingZ,
 }
 
 impl Default for InputOptions {
@@ -237,5 +268,56 @@ impl Default for InputOptions {
             skip_invalid: false,
             missing_z: MissingZ::Error,
         }
+    }
+}
+
+impl InputOptions {
+    /// The format of all inputs; `None`, as by default, goes by each file's suffix.
+    #[must_use]
+    pub fn format(mut self, format: impl Into<Option<Format>>) -> Self {
+        self.format = format.into();
+        self
+    }
+
+    /// Text: the columns; `None`, as by default, goes by the header, or by position where there is none.
+    #[must_use]
+    pub fn columns(mut self, columns: impl Into<Option<Columns>>) -> Self {
+        self.columns = columns.into();
+        self
+    }
+
+    /// f64: the numbers per point, 2 or 3; 2 by default.
+    #[must_use]
+    pub fn dims(mut self, dims: u8) -> Self {
+        self.dims = dims;
+        self
+    }
+
+    /// LAS: the classes to keep; none, as by default, keeps all.
+    #[must_use]
+    pub fn classes(mut self, classes: impl Into<Vec<u8>>) -> Self {
+        self.classes = classes.into();
+        self
+    }
+
+    /// LAS: the returns to keep; all by default.
+    #[must_use]
+    pub fn returns(mut self, returns: Returns) -> Self {
+        self.returns = returns;
+        self
+    }
+
+    /// Whether invalid records are counted and passed over. By default the first one is an error.
+    #[must_use]
+    pub fn skip_invalid(mut self, skip: bool) -> Self {
+        self.skip_invalid = skip;
+        self
+    }
+
+    /// What to do with points that have no z where others have; an error by default.
+    #[must_use]
+    pub fn missing_z(mut self, missing_z: MissingZ) -> Self {
+        self.missing_z = missing_z;
+        self
     }
 }

@@ -28,7 +28,7 @@ const NEIGHBOURS: usize = 16;
 type Decode = dyn Fn(&[u8]) -> Option<Point> + Send + Sync;
 
 /// How to read the records of a file in any order. They all lie within the file's size as it was at open.
-pub(super) struct RandomAccess {
+pub struct RandomAccess {
     /// The first byte of the first record.
     pub start: u64,
     /// The number of records.
@@ -39,7 +39,7 @@ pub(super) struct RandomAccess {
 }
 
 /// About `count` valid points of the files, in order; fewer if there are not as many.
-pub(super) fn sample<'a>(
+pub fn sample<'a>(
     files: impl Iterator<Item = (&'a Path, &'a RandomAccess)> + Clone,
     count: usize,
 ) -> Result<Vec<Point>, InputError> {
@@ -60,11 +60,7 @@ pub(super) fn sample<'a>(
             for part in std::iter::once(part).chain(here) {
                 let offset = records.start + part.start * records.length as u64;
                 let bytes = read(&mut file, offset, (part.end - part.start) as usize * records.length);
-                let bytes = bytes.map_err(|source| InputError::Read {
-                    path: path.to_owned(),
-                    offset,
-                    source,
-                })?;
+                let bytes = bytes.map_err(|source| InputError::read(path, offset, source))?;
                 let found = bytes.chunks_exact(records.length).filter_map(&records.decode);
                 points.extend(found.filter(|point| point.is_valid()).map(Point::normalized));
             }

@@ -1,11 +1,11 @@
-//! Where an end of a segment or a site lies.
+//! Where a point, an end of a segment or a site lies: what every format checks of coordinates.
 
-use super::sink::describe;
+use super::flaw::Flaw;
 use crate::geometry::Point;
 
 /// A place: valid and normalized.
 #[derive(Clone, Copy)]
-pub(super) struct Spot {
+pub struct Spot {
     pub point: Point,
     /// Its elevation, if it has one: finite.
     pub z: Option<f64>,
@@ -13,14 +13,34 @@ pub(super) struct Spot {
 
 impl Spot {
     /// A place, or what is wrong with it.
-    pub fn new(x: f64, y: f64, z: Option<f64>) -> Result<Self, String> {
+    #[inline]
+    pub fn new(x: f64, y: f64, z: Option<f64>) -> Result<Self, Flaw> {
         let point = Point::new(x, y);
         if !point.is_valid() || z.is_some_and(|z| !z.is_finite()) {
-            return Err(describe(x, y, z));
+            return Err(flaw(x, y, z));
         }
         Ok(Self {
             point: point.normalized(),
             z: z.map(|z| z + 0.0),
         })
+    }
+}
+
+/// What is wrong with coordinates of which at least one is not valid.
+#[cold]
+fn flaw(x: f64, y: f64, z: Option<f64>) -> Flaw {
+    let (axis, value) = if !Point::new(x, 0.0).is_valid() {
+        ('x', x)
+    } else if !Point::new(0.0, y).is_valid() {
+        ('y', y)
+    } else {
+        ('z', z.unwrap_or(f64::NAN))
+    };
+    if !value.is_finite() {
+        Flaw::NotFinite { axis, value }
+    } else if value.abs() > 1.0 {
+        Flaw::TooLarge { axis, value }
+    } else {
+        Flaw::TooSmall { axis, value }
     }
 }

@@ -17,8 +17,27 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-/// What tells a file from others, and from itself before a change.
+/// What tells a file from others, and from itself before a change. [`Source::stamps`](super::Source::stamps) gives those of
+/// a source.
+///
+/// ```
+/// use delaunay_tiles::input::SegmentSource;
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let dir = tempfile::tempdir()?;
+/// let path = dir.path().join("walls.u32");
+/// std::fs::write(&path, [0u32, 7].map(u32::to_le_bytes).concat())?;
+/// let first = SegmentSource::open(&[path.clone()])?;
+///
+/// std::fs::write(&path, [0u32, 7, 7, 3].map(u32::to_le_bytes).concat())?;
+/// let second = SegmentSource::open(&[path])?;
+/// let change = second.stamps()[0].1.change_since(&first.stamps()[0].1);
+/// assert_eq!(change.as_deref(), Some("it had 8 bytes, and has 16"));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct FileStamp {
     /// Bytes.
     pub length: u64,
@@ -56,6 +75,21 @@ impl FileStamp {
 }
 
 /// How far the reading of a source is, and the way to stop it. Clones share it.
+///
+/// ```
+/// use delaunay_tiles::input::{InputError, InputOptions, PointBatch, PointSource};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let bytes = [0; 1600];
+/// let options = InputOptions::default().format(delaunay_tiles::input::Format::F64);
+/// let mut source = PointSource::from_reader("zeros", Box::new(std::io::Cursor::new(bytes)), &options)?;
+///
+/// let reading = source.reading().clone();
+/// std::thread::spawn(move || reading.stop()).join().expect("nothing panics there");
+/// assert!(matches!(source.next_batch(&mut PointBatch::default()), Err(InputError::Stopped)));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Reading(Arc<ReadingState>);
 
@@ -85,7 +119,7 @@ impl Reading {
     }
 
     /// Fails if it was stopped.
-    pub(super) fn check(&self) -> Result<(), InputError> {
+    pub fn check(&self) -> Result<(), InputError> {
         match self.is_stopped() {
             true => Err(InputError::Stopped),
             false => Ok(()),
@@ -94,7 +128,7 @@ impl Reading {
 
     /// Fails if it was stopped, within a reader of bytes; [`Watch::explain`] makes the error of it
     /// that a caller gets.
-    pub(super) fn check_io(&self) -> io::Result<()> {
+    pub fn check_io(&self) -> io::Result<()> {
         match self.is_stopped() {
             true => Err(io::Error::other("reading was stopped")),
             false => Ok(()),
@@ -103,7 +137,7 @@ impl Reading {
 }
 
 /// What is known of an input while it is read.
-pub(super) struct Watch {
+pub struct Watch {
     pub path: Arc<Path>,
     pub reading: Reading,
     /// A regular file, and what it was at opening.
@@ -115,7 +149,7 @@ pub(super) struct Watch {
 }
 
 /// A reader that counts what it hands out, and stops when it is told to.
-pub(super) struct Watched<R> {
+pub struct Watched<R> {
     inner: R,
     position: u64,
     pub watch: Arc<Watch>,
@@ -209,11 +243,9 @@ impl Watch {
         let Some((file, before)) = &self.file else {
             return Ok(());
         };
-        let metadata = file.metadata().map_err(|source| InputError::Read {
-            path: self.path.to_path_buf(),
-            offset: self.taken(),
-            source,
-        })?;
+        let metadata = file
+            .metadata()
+            .map_err(|source| InputError::read(&self.path, self.taken(), source))?;
         if let Some(what) = FileStamp::of(&metadata).change_since(before) {
             return Err(changed(&self.path, what));
         }
@@ -243,12 +275,12 @@ fn changed(path: &Path, what: String) -> InputError {
 }
 
 /// Notes a file among those that were read.
-pub(super) fn note(stamps: &mut Vec<(PathBuf, FileStamp)>, watch: &Watch) {
+pub fn note(stamps: &mut Vec<(PathBuf, FileStamp)>, watch: &Watch) {
     stamps.extend(watch.stamp().map(|stamp| (watch.path.to_path_buf(), stamp)));
 }
 
 /// Opens a file, with its metadata if it is a regular file: pipes and devices have no size.
-pub(super) fn open_file(path: &Path) -> Result<(File, Option<Metadata>), InputError> {
+pub fn open_file(path: &Path) -> Result<(File, Option<Metadata>), InputError> {
     let open = || {
         let file = File::open(path)?;
         let metadata = file.metadata()?;

@@ -1,30 +1,30 @@
 //! The boundary of a triangulation, or of parts of one: edges with a triangle on one side only.
 
+use std::num::NonZeroU32;
 use std::sync::OnceLock;
 
-use super::NONE;
-use crate::geometry::{Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
 
 /// Boundary edges, each with its triangle on the left.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Boundary {
-    /// From, to, and the side there, in order. A point has several where parts are missing.
-    edges: Vec<(u32, u32, u32)>,
-    /// For each point the place of its first edge, or [`NONE`]; without edges nothing.
-    first: Vec<u32>,
+    /// From, to, and the half-edge there, in order. A point has several where parts are missing.
+    edges: Vec<(u32, u32, HalfEdge)>,
+    /// For each point one more than the position of its first edge, if it has any; without edges nothing.
+    first: Vec<Option<NonZeroU32>>,
     /// The ends of the edges, once somebody comes in.
     ends: OnceLock<Vec<[Point; 2]>>,
 }
 
 impl Boundary {
     /// Of these edges between so many points.
-    pub(super) fn new(mut edges: Vec<(u32, u32, u32)>, points: usize) -> Self {
+    pub(super) fn new(mut edges: Vec<(u32, u32, HalfEdge)>, points: usize) -> Self {
         edges.sort_unstable();
-        let mut first = vec![NONE; points];
-        let mut next = 0;
+        let mut first = vec![None; points];
+        let mut next = NonZeroU32::MIN;
         for of_point in edges.chunk_by(|a, b| a.0 == b.0) {
-            first[of_point[0].0 as usize] = next;
-            next += of_point.len() as u32;
+            first[of_point[0].0 as usize] = Some(next);
+            next = next.saturating_add(of_point.len() as u32);
         }
         Self {
             edges,
@@ -34,8 +34,8 @@ impl Boundary {
     }
 
     fn first_edge(&self, point: u32) -> Option<usize> {
-        let first = self.first.get(point as usize);
-        first.filter(|&&first| first != NONE).map(|&first| first as usize)
+        let first = *self.first.get(point as usize)?;
+        first.map(|first| first.get() as usize - 1)
     }
 
     /// Whether a point is on the boundary.
@@ -43,24 +43,25 @@ impl Boundary {
         self.first_edge(point).is_some()
     }
 
-    /// The side of the edge that is the n-th of those that leave a point.
-    pub(super) fn side_from(&self, point: u32, n: usize) -> Option<u32> {
+    /// The half-edge that is the n-th of those that leave a point.
+    pub(super) fn leaving(&self, point: u32, n: usize) -> Option<HalfEdge> {
         let edge = self.edges.get(self.first_edge(point)? + n);
-        edge.filter(|&&(from, ..)| from == point).map(|&(.., side)| side)
+        edge.filter(|&&(from, ..)| from == point)
+            .map(|&(.., half_edge)| half_edge)
     }
 
-    /// An edge belongs to this side now.
-    pub(super) fn set_side(&mut self, from: u32, to: u32, side: u32) {
+    /// An edge belongs to this half-edge now.
+    pub(super) fn set(&mut self, from: u32, to: u32, half_edge: HalfEdge) {
         if let Ok(place) = self
             .edges
             .binary_search_by_key(&(from, to), |&(from, to, _)| (from, to))
         {
-            self.edges[place].2 = side;
+            self.edges[place].2 = half_edge;
         }
     }
 
-    /// The edge by which the line from `a` to `b` comes in, between its ends and through none of the edge's: from, to, side.
-    pub(super) fn entry(&self, points: &[Point], [a, b]: [Point; 2]) -> Option<(u32, u32, u32)> {
+    /// The edge by which the line from `a` to `b` comes in, between its ends and through none of the edge's: from, to, half-edge.
+    pub(super) fn entry(&self, points: &[Point], [a, b]: [Point; 2]) -> Option<(u32, u32, HalfEdge)> {
         let ends = self.ends.get_or_init(|| {
             let edges = self.edges.iter();
             edges

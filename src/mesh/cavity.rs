@@ -23,12 +23,35 @@
 //! convex ones go too, which bounds the time for every chain, and mend what overlaps then; here nothing overlaps. Chains
 //! with few convex vertices leave little to flip, since two vertices of a reflex chain do not see each other.
 
-use crate::geometry::{Orientation, Point, in_circle, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, in_circle, orient2d};
 
-/// The mark of a side on the boundary: the rest of the number is the position in the chain.
-const BOUNDARY: u32 = 1 << 31;
 /// No place among the ears.
 const NOWHERE: u32 = u32::MAX;
+
+/// What lies across a half-edge: another one, or the chain at a position, which the highest bit says. Four bytes, where an enum
+/// takes eight.
+#[derive(Clone, Copy, Debug)]
+struct Across(u32);
+
+impl Across {
+    const CHAIN: u32 = 1 << 31;
+
+    fn chain(position: u32) -> Self {
+        Self(Self::CHAIN | position)
+    }
+
+    fn half_edge(half_edge: HalfEdge) -> Self {
+        Self(half_edge.0)
+    }
+
+    /// The half-edge, or else the position.
+    fn get(self) -> Result<HalfEdge, u32> {
+        match self.0 & Self::CHAIN {
+            0 => Ok(HalfEdge(self.0)),
+            _ => Err(self.0 ^ Self::CHAIN),
+        }
+    }
+}
 
 /// Triangulates chains; keeps its memory.
 #[derive(Debug, Default)]
@@ -36,10 +59,9 @@ pub(crate) struct Cavity {
     /// The corners of each triangle, counter-clockwise, by position. The first triangle's side 0 may have been flipped away
     /// from it: `sides` knows where the constraint is.
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// The sides across, or [`BOUNDARY`] and a position.
-    neighbours: Vec<[u32; 3]>,
-    /// For each position the side between it and the next; for the last the side on the constraint.
-    pub(crate) sides: Vec<u32>,
+    neighbours: Vec<[Across; 3]>,
+    /// For each position the half-edge between it and the next; for the last the half-edge on the constraint.
+    pub(crate) sides: Vec<HalfEdge>,
     at: Vec<Point>,
     next: Vec<u32>,
     previous: Vec<u32>,
@@ -48,7 +70,7 @@ pub(crate) struct Cavity {
     places: Vec<u32>,
     /// The vertices that were cut off, between which others.
     cut: Vec<[u32; 3]>,
-    stack: Vec<u32>,
+    stack: Vec<HalfEdge>,
     random: u64,
 }
 
@@ -67,11 +89,11 @@ impl Cavity {
         self.triangles.clear();
         self.neighbours.clear();
         self.triangles.push([0, last, top]);
-        self.neighbours.push([last, top, 0].map(|position| BOUNDARY | position));
+        self.neighbours.push([last, top, 0].map(Across::chain));
         self.sides.clear();
-        self.sides.resize(self.at.len(), 0);
-        for (side, position) in [last, top, 0].into_iter().enumerate() {
-            self.sides[position as usize] = side as u32;
+        self.sides.resize(self.at.len(), HalfEdge(0));
+        for (side, position) in HalfEdge::of_triangle(0).into_iter().zip([last, top, 0]) {
+            self.sides[position as usize] = side;
         }
         while let Some(ear) = self.cut.pop() {
             self.put_back(ear);
@@ -79,9 +101,13 @@ impl Cavity {
         true
     }
 
-    /// The side across, or none on the boundary.
-    pub(crate) fn twin(&self, side: u32) -> Option<u32> {
-        Some(self.neighbours[(side / 3) as usize][(side % 3) as usize]).filter(|twin| twin & BOUNDARY == 0)
+    /// The half-edge across, or none on the boundary.
+    pub(crate) fn twin(&self, side: HalfEdge) -> Option<HalfEdge> {
+        self.across(side).get().ok()
+    }
+
+    fn across(&self, side: HalfEdge) -> Across {
+        self.neighbours.as_flattened()[side.index()]
     }
 
     /// Cuts ears off, in random order, until one vertex is left above the constraint. Returns false if there are too few.
@@ -159,12 +185,14 @@ impl Cavity {
     fn put_back(&mut self, [before, ear, after]: [u32; 3]) {
         let triangle = self.triangles.len() as u32;
         let inner = self.sides[before as usize];
+        let [outer_after, outer_before, base] = HalfEdge::of_triangle(triangle);
         self.triangles.push([after, ear, before]);
-        self.neighbours.push([BOUNDARY | ear, BOUNDARY | before, inner]);
-        self.link(inner, 3 * triangle + 2);
-        self.sides[ear as usize] = 3 * triangle;
-        self.sides[before as usize] = 3 * triangle + 1;
-        self.stack.push(3 * triangle + 2);
+        self.neighbours
+            .push([Across::chain(ear), Across::chain(before), Across::half_edge(inner)]);
+        self.link(Across::half_edge(inner), base);
+        self.sides[ear as usize] = outer_after;
+        self.sides[before as usize] = outer_before;
+        self.stack.push(base);
         while let Some(side) = self.stack.pop() {
             self.legalise(side);
         }
@@ -179,36 +207,36 @@ impl Cavity {
     ///      ╲     ╱            ╲  │  ╱
     ///         d                  d
     /// ```
-    fn legalise(&mut self, side: u32) {
+    fn legalise(&mut self, side: HalfEdge) {
         let Some(twin) = self.twin(side) else { return };
-        let (t, u) = (side / 3, twin / 3);
-        let corner = |side: u32, by: u32| self.triangles[(side / 3) as usize][((side % 3 + by) % 3) as usize];
-        let [a, b, ear] = [0, 1, 2].map(|by| corner(side, by));
-        let d = corner(twin, 2);
+        let corner = |side: HalfEdge| self.triangles.as_flattened()[side.index()];
+        let [a, b, ear] = [side, side.next(), side.prev()].map(corner);
+        let d = corner(twin.prev());
         let [pa, pb, pear, pd] = [a, b, ear, d].map(|position| self.at[position as usize]);
         if !in_circle(pa, pb, pear, pd) {
             return;
         }
-        let across = |side: u32, by: u32| self.neighbours[(side / 3) as usize][((side % 3 + by) % 3) as usize];
-        let [b_ear, ear_a] = [1, 2].map(|by| across(side, by));
-        let [a_d, d_b] = [1, 2].map(|by| across(twin, by));
+        let [b_ear, ear_a, a_d, d_b] =
+            [side.next(), side.prev(), twin.next(), twin.prev()].map(|side| self.across(side));
+        let [t, u] = [side, twin].map(HalfEdge::triangle);
+        let [of_d_b, of_b_ear, ear_d] = HalfEdge::of_triangle(t);
+        let [of_a_d, d_ear, of_ear_a] = HalfEdge::of_triangle(u);
         self.triangles[t as usize] = [d, b, ear];
         self.triangles[u as usize] = [a, d, ear];
-        self.neighbours[t as usize] = [d_b, b_ear, 3 * u + 1];
-        self.neighbours[u as usize] = [a_d, 3 * t + 2, ear_a];
-        self.link(d_b, 3 * t);
-        self.link(b_ear, 3 * t + 1);
-        self.link(a_d, 3 * u);
-        self.link(ear_a, 3 * u + 2);
-        self.stack.extend([3 * t, 3 * u]);
+        self.neighbours[t as usize] = [d_b, b_ear, Across::half_edge(d_ear)];
+        self.neighbours[u as usize] = [a_d, Across::half_edge(ear_d), ear_a];
+        self.link(d_b, of_d_b);
+        self.link(b_ear, of_b_ear);
+        self.link(a_d, of_a_d);
+        self.link(ear_a, of_ear_a);
+        self.stack.extend([of_d_b, of_a_d]);
     }
 
     /// Tells what lies across a side, a triangle or the boundary, that the side is `side` now.
-    fn link(&mut self, across: u32, side: u32) {
-        if across & BOUNDARY == 0 {
-            self.neighbours[(across / 3) as usize][(across % 3) as usize] = side;
-        } else {
-            self.sides[(across & !BOUNDARY) as usize] = side;
+    fn link(&mut self, across: Across, side: HalfEdge) {
+        match across.get() {
+            Ok(twin) => self.neighbours.as_flattened_mut()[twin.index()] = Across::half_edge(side),
+            Err(position) => self.sides[position as usize] = side,
         }
     }
 }

@@ -1,10 +1,6 @@
-//! The trait of the in-core engines, and their names.
+//! The trait of the in-core engines.
 
-use std::fmt;
-use std::str::FromStr;
-
-use super::Triangulation;
-use super::divide_conquer::DivideConquer;
+use super::triangulation::Triangulation;
 use crate::geometry::Point;
 
 /// An in-core Delaunay triangulator. It keeps its memory from call to call, so each thread owns one.
@@ -15,68 +11,4 @@ pub trait Engine: Send {
     /// The points must be distinct and [valid](Point::is_valid), and fewer than 2²⁹; any order, any number, all
     /// collinear too.
     fn triangulate(&mut self, points: &[Point], mesh: &mut Triangulation);
-}
-
-/// The in-core engines to choose from. All give the same triangles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum EngineKind {
-    /// The library's own divide and conquer.
-    #[default]
-    Native,
-    /// Crate `spade`, followed by flips that make its result canonical.
-    #[cfg(feature = "spade")]
-    Spade,
-}
-
-impl EngineKind {
-    /// All engines that this build of the library has.
-    pub const ALL: &'static [Self] = &[
-        Self::Native,
-        #[cfg(feature = "spade")]
-        Self::Spade,
-    ];
-
-    /// A new engine of this kind.
-    #[must_use]
-    pub fn create(self) -> Box<dyn Engine> {
-        match self {
-            Self::Native => Box::<DivideConquer>::default(),
-            #[cfg(feature = "spade")]
-            Self::Spade => Box::<super::spade_engine::SpadeEngine>::default(),
-        }
-    }
-
-    /// Its name on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Native => "native",
-            #[cfg(feature = "spade")]
-            Self::Spade => "spade",
-        }
-    }
-}
-
-impl fmt::Display for EngineKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// No engine has this name.
-#[derive(Clone, Debug, thiserror::Error)]
-#[error("no engine is called '{0}'; there are: {names}", names = EngineKind::ALL.iter().map(|e| e.name()).collect::<Vec<_>>().join(", "))]
-pub struct UnknownEngine(String);
-
-impl FromStr for EngineKind {
-    type Err = UnknownEngine;
-
-    fn from_str(name: &str) -> Result<Self, Self::Err> {
-        Self::ALL
-            .iter()
-            .copied()
-            .find(|e| e.name() == name)
-            .ok_or_else(|| UnknownEngine(name.to_owned()))
-    }
 }

@@ -6,22 +6,47 @@
 
 mod boundary;
 mod cavity;
+mod chain;
 mod constrained;
 mod divide_conquer;
 mod engine;
+mod engine_kind;
+mod inserter;
+mod leaving;
 #[cfg(feature = "spade")]
 mod spade_engine;
 mod topology;
 mod triangulation;
 pub(crate) mod vertex_index;
+mod walk;
 
 pub(crate) use cavity::Cavity;
-pub use constrained::{Constrained, Crossing, Inserter};
-pub(crate) use constrained::{Stars, Step, WALLS};
-pub use engine::{Engine, EngineKind, UnknownEngine};
-pub use topology::{Topology, Twin};
+pub use constrained::Constrained;
+pub(crate) use constrained::WALLS;
+pub use engine::Engine;
+pub use engine_kind::{EngineKind, UnknownEngine};
+pub(crate) use inserter::Step;
+pub use inserter::{Crossing, Inserter};
+pub(crate) use leaving::Stars;
+pub use topology::{Embedded, Star, StarEnd, StarError, Topology, Twin};
 pub(crate) use triangulation::smallest_first;
-pub use triangulation::{NONE, Triangulation, next_side, prev_side};
+pub use triangulation::{Mesh, Triangulation};
+pub use walk::{EndlessWalk, Walk, WalkEnd};
+
+use crate::geometry::HalfEdge;
+
+// Until their last users take `HalfEdge`.
+pub(crate) const NONE: u32 = u32::MAX;
+
+#[inline]
+pub(crate) const fn next_side(side: u32) -> u32 {
+    HalfEdge(side).next().0
+}
+
+#[inline]
+pub(crate) const fn prev_side(side: u32) -> u32 {
+    HalfEdge(side).prev().0
+}
 
 #[cfg(test)]
 mod tests;

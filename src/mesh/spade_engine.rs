@@ -10,13 +10,15 @@
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation as _};
 
 use super::divide_conquer::DivideConquer;
-use super::{Engine, NONE, Triangulation, next_side, prev_side};
-use crate::geometry::{Orientation, Point, in_circle, orient2d};
+use super::engine::Engine;
+use super::topology::Topology;
+use super::triangulation::Triangulation;
+use crate::geometry::{HalfEdge, Orientation, PackedHalfEdge, Point, in_circle, orient2d};
 
 /// The engine on top of crate `spade`.
 #[derive(Default)]
 pub(super) struct SpadeEngine {
-    stack: Vec<u32>,
+    stack: Vec<HalfEdge>,
     /// For what spade gets wrong.
     native: DivideConquer,
 }
@@ -58,13 +60,13 @@ impl Engine for SpadeEngine {
             let triangle = face.index() as u32 - 1;
             debug_assert_eq!(mesh.neighbours.len() as u32, triangle);
             let corners = mesh.triangles[triangle as usize];
-            let mut twins = [NONE; 3];
+            let mut twins = [PackedHalfEdge::NONE; 3];
             for edge in face.adjacent_edges() {
                 let side = corner_of(corners, edge.from().data().index);
                 if let Some(other) = edge.rev().face().as_inner() {
                     let number = other.index() as u32 - 1;
                     let corner = corner_of(mesh.triangles[number as usize], edge.to().data().index);
-                    twins[side as usize] = 3 * number + corner;
+                    twins[side as usize] = HalfEdge::new(number, corner).into();
                 }
             }
             mesh.neighbours.push(twins);
@@ -115,17 +117,16 @@ impl SpadeEngine {
     fn canonicalise(&mut self, points: &[Point], mesh: &mut Triangulation) {
         let point = |v: u32| points[v as usize];
         self.stack.clear();
-        self.stack.extend(0..3 * mesh.triangles.len() as u32);
+        self.stack.extend(mesh.half_edges());
         while let Some(side) = self.stack.pop() {
-            let twin = mesh.twin(side);
-            if twin == NONE {
+            let Some(twin) = mesh.twin(side).half_edge() else {
                 continue;
-            }
-            let [a, b, c] = [side, next_side(side), prev_side(side)].map(|s| point(mesh.origin(s)));
-            if in_circle(a, b, c, point(mesh.origin(prev_side(twin)))) {
-                flip(mesh, side);
-                for triangle in [side / 3, twin / 3] {
-                    self.stack.extend(3 * triangle..3 * triangle + 3);
+            };
+            let [a, b, c] = [side, side.next(), side.prev()].map(|s| point(mesh.origin(s)));
+            if in_circle(a, b, c, point(mesh.apex(twin))) {
+                flip(mesh, side, twin);
+                for half_edge in [side, twin] {
+                    self.stack.extend(HalfEdge::of_triangle(half_edge.triangle()));
                 }
             }
         }
@@ -140,7 +141,7 @@ fn corner_of(corners: [u32; 3], vertex: u32) -> u32 {
         .expect("the vertex of an edge is a corner of both its triangles")
 }
 
-/// Replaces the diagonal of the two triangles at `side`.
+/// Replaces the diagonal of the two triangles at `side` and `twin`.
 ///
 /// ```text
 ///        c                  c
@@ -149,20 +150,19 @@ fn corner_of(corners: [u32; 3], vertex: u32) -> u32 {
 ///      ╲   ╱              ╲ │ ╱
 ///        d                  d
 /// ```
-fn flip(mesh: &mut Triangulation, side: u32) {
-    let twin = mesh.twin(side);
-    let [a, b, c] = [side, next_side(side), prev_side(side)].map(|s| mesh.origin(s));
-    let d = mesh.origin(prev_side(twin));
-    let [bc, ca] = [next_side(side), prev_side(side)].map(|s| mesh.twin(s));
-    let [ad, db] = [next_side(twin), prev_side(twin)].map(|s| mesh.twin(s));
-    let (t, u) = (side / 3, twin / 3);
+fn flip(mesh: &mut Triangulation, side: HalfEdge, twin: HalfEdge) {
+    let [a, b, c] = [side, side.next(), side.prev()].map(|s| mesh.origin(s));
+    let d = mesh.apex(twin);
+    let [bc, ca, ad, db] = [side.next(), side.prev(), twin.next(), twin.prev()].map(|s| mesh.packed_twin(s));
+    let [t, u] = [side, twin].map(HalfEdge::triangle);
     mesh.triangles[t as usize] = [c, d, b];
     mesh.triangles[u as usize] = [d, c, a];
-    mesh.neighbours[t as usize] = [3 * u, db, bc];
-    mesh.neighbours[u as usize] = [3 * t, ca, ad];
-    for (outer, inner) in [(db, 3 * t + 1), (bc, 3 * t + 2), (ca, 3 * u + 1), (ad, 3 * u + 2)] {
-        if outer != NONE {
-            mesh.neighbours[(outer / 3) as usize][(outer % 3) as usize] = inner;
+    let [[cd, db_inner, bc_inner], [dc, ca_inner, ad_inner]] = [t, u].map(HalfEdge::of_triangle);
+    mesh.neighbours[t as usize] = [dc.into(), db, bc];
+    mesh.neighbours[u as usize] = [cd.into(), ca, ad];
+    for (outer, inner) in [(db, db_inner), (bc, bc_inner), (ca, ca_inner), (ad, ad_inner)] {
+        if let Some(outer) = outer.get() {
+            mesh.set_twin(outer, inner.into());
         }
     }
 }

@@ -40,13 +40,16 @@ fn brute_force(points: &[Point]) -> Vec<[u32; 3]> {
 pub(super) fn check_topology(points: &[Point], mesh: &Triangulation) {
     assert_eq!(mesh.triangles.len(), mesh.neighbours.len());
     let mut hull_edges = std::collections::HashMap::new();
-    for side in 0..3 * mesh.triangles.len() as u32 {
-        let (from, to) = (mesh.origin(side), mesh.origin(next_side(side)));
+    for side in mesh.half_edges() {
+        let (from, to) = (mesh.origin(side), mesh.destination(side));
         match mesh.twin(side) {
-            NONE => assert_eq!(hull_edges.insert(from, to), None),
-            twin => {
-                assert_eq!(mesh.twin(twin), side);
-                assert_eq!((mesh.origin(twin), mesh.origin(next_side(twin))), (to, from));
+            Twin::HalfEdge(twin) => {
+                assert_eq!(mesh.twin(twin), Twin::HalfEdge(side));
+                assert_eq!((mesh.origin(twin), mesh.destination(twin)), (to, from));
+            }
+            hull => {
+                assert_eq!(hull, Twin::Hull);
+                assert_eq!(hull_edges.insert(from, to), None);
             }
         }
     }
@@ -128,4 +131,18 @@ fn engines_agree_on_full_grids_and_lines() {
         check_engines(&grid(false), None);
         check_engines(&grid(true), None);
     }
+}
+
+#[test]
+fn the_kernel_works_in_the_memory_of_the_result() {
+    let points: Vec<Point> = (0..100)
+        .map(|i| Point::new(f64::from(i % 10), f64::from(i / 10)))
+        .collect();
+    let mut engine = EngineKind::Native.create();
+    let mut mesh = Triangulation::default();
+    engine.triangulate(&points, &mut mesh);
+    let memory = |mesh: &Triangulation| (mesh.triangles.as_ptr().addr(), mesh.neighbours.as_ptr().addr());
+    let before = memory(&mesh);
+    engine.triangulate(&points, &mut mesh);
+    assert_eq!(memory(&mesh), before);
 }

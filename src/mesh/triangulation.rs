@@ -1,23 +1,7 @@
 //! The arrays that an in-core triangulation consists of.
 
-use crate::geometry::Point;
-
-/// No triangle: the far side of a hull edge.
-pub const NONE: u32 = u32::MAX;
-
-/// The next side, counter-clockwise, of the same triangle. A side is `3 * triangle + corner it starts at`.
-#[inline]
-#[must_use]
-pub const fn next_side(side: u32) -> u32 {
-    if side % 3 == 2 { side - 2 } else { side + 1 }
-}
-
-/// The previous side of the same triangle.
-#[inline]
-#[must_use]
-pub const fn prev_side(side: u32) -> u32 {
-    if side.is_multiple_of(3) { side + 2 } else { side - 1 }
-}
+use super::topology::{Embedded, Topology, Twin};
+use crate::geometry::{HalfEdge, PackedHalfEdge, Point};
 
 /// The same triangle, from its smallest corner on.
 #[inline]
@@ -35,19 +19,19 @@ pub(crate) const fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
 /// A Delaunay triangulation of an array of points, which it refers to by index.
 ///
 /// ```text
-///          c            side 3t+0: a → b
-///        /   \          side 3t+1: b → c
-///     2 /  t  \ 1       side 3t+2: c → a
+///          c            half-edge 3t+0: a → b
+///        /   \          half-edge 3t+1: b → c
+///     2 /  t  \ 1       half-edge 3t+2: c → a
 ///      /       \
-///     a ─────── b       neighbours[t][s] is the side of the other triangle on the same edge,
-///          0            which runs the other way, or NONE at the hull
+///     a ─────── b       neighbours[t][s] is the half-edge of the other triangle on the same edge,
+///          0            which runs the other way; there is none at the hull
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Triangulation {
     /// The corners of each triangle, counter-clockwise.
     pub triangles: Vec<[u32; 3]>,
-    /// For each triangle and side the opposite side, or [`NONE`].
-    pub neighbours: Vec<[u32; 3]>,
+    /// For each half-edge its twin, if there is one.
+    pub neighbours: Vec<[PackedHalfEdge; 3]>,
     /// All points on the hull, counter-clockwise, those within straight hull edges included. Without triangles
     /// (fewer than three points, or all on one line) all points in lexicographic order.
     pub hull: Vec<u32>,
@@ -69,17 +53,64 @@ impl Triangulation {
             .sort_unstable_by(|&a, &b| points[a as usize].lex_cmp(points[b as usize]));
     }
 
-    /// The corner that the side starts at.
+    /// The half-edge on the other side of the same edge.
     #[inline]
-    #[must_use]
-    pub fn origin(&self, side: u32) -> u32 {
-        self.triangles[(side / 3) as usize][(side % 3) as usize]
+    pub(crate) fn packed_twin(&self, half_edge: HalfEdge) -> PackedHalfEdge {
+        self.neighbours.as_flattened()[half_edge.index()]
     }
 
-    /// The side on the other side of the same edge, or [`NONE`].
     #[inline]
-    #[must_use]
-    pub fn twin(&self, side: u32) -> u32 {
-        self.neighbours[(side / 3) as usize][(side % 3) as usize]
+    pub(crate) fn set_twin(&mut self, half_edge: HalfEdge, twin: PackedHalfEdge) {
+        self.neighbours.as_flattened_mut()[half_edge.index()] = twin;
+    }
+}
+
+impl Topology for Triangulation {
+    #[inline]
+    fn triangle_count(&self) -> u32 {
+        self.triangles.len() as u32
+    }
+
+    #[inline]
+    fn origin(&self, half_edge: HalfEdge) -> u32 {
+        self.triangles.as_flattened()[half_edge.index()]
+    }
+
+    #[inline]
+    fn twin(&self, half_edge: HalfEdge) -> Twin {
+        self.packed_twin(half_edge).get().map_or(Twin::Hull, Twin::HalfEdge)
+    }
+}
+
+/// A triangulation with its points.
+#[derive(Clone, Copy, Debug)]
+pub struct Mesh<'a> {
+    /// The triangles.
+    pub triangulation: &'a Triangulation,
+    /// The points that they refer to.
+    pub points: &'a [Point],
+}
+
+impl Topology for Mesh<'_> {
+    #[inline]
+    fn triangle_count(&self) -> u32 {
+        self.triangulation.triangle_count()
+    }
+
+    #[inline]
+    fn origin(&self, half_edge: HalfEdge) -> u32 {
+        self.triangulation.origin(half_edge)
+    }
+
+    #[inline]
+    fn twin(&self, half_edge: HalfEdge) -> Twin {
+        self.triangulation.twin(half_edge)
+    }
+}
+
+impl Embedded for Mesh<'_> {
+    #[inline]
+    fn point(&self, vertex: u32) -> Point {
+        self.points[vertex as usize]
     }
 }

@@ -1,7 +1,9 @@
 //! Finds vertices by their places.
 
 use crate::geometry::Point;
-use crate::mesh::NONE;
+
+/// An empty slot.
+const NONE: u32 = u32::MAX;
 
 /// A hash table of points by their coordinates, with open addressing: a leaf looks up both ends of each of its segments.
 #[derive(Debug)]

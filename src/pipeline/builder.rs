@@ -12,37 +12,30 @@ use crate::constraints::split_lines::SplitLines;
 use crate::geometry::Point;
 use crate::input::{PointBatch, SegmentBatch, SiteBatch};
 use crate::io::output_target;
-use crate::pipeline::assembly::{Assembly, Given};
+use crate::pipeline::assembly::Assembly;
+use crate::pipeline::disk::{DiskLoad, check_disk};
 use crate::pipeline::error::BuildError;
-use crate::pipeline::ingest::intake::{Intake, Terms};
+use crate::pipeline::ingest::intake::Intake;
 use crate::pipeline::ingest::sites::Sites;
-use crate::pipeline::memory;
-use crate::pipeline::memory::DiskLoad;
 use crate::pipeline::options::{BuildOptions, Crossings, Phase, Steiner};
 use crate::pipeline::records::Description;
 use crate::pipeline::resume::journal::SavedPlan;
 use crate::pipeline::summary::BuildSummary;
+use crate::pipeline::terms::{Given, Terms};
 use crate::pipeline::work_folder::WorkFolder;
 use crate::store::LineKind;
-
-/// Segments take no more of the memory than one part of so many.
-const SEGMENTS_SHARE: u64 = 4;
-/// Nor does checking polygons, while they come.
-const CHECK_SHARE: u64 = 4;
 
 /// Builds a tile file from batches of points.
 ///
 /// If the output's name is a symbolic link, what it leads to is the output. Until [`finish`](Self::finish) has succeeded, nothing stands under the output's name; work lies in `OUT.partial/`,
 /// which goes away with the builder, unless the build can be [resumed](BuildOptions::resumable).
 ///
-/// Lines and sites come first, then points.
+/// Lines, sites and hole points come first, then points; else the build fails with [`BuildError::Order`].
 #[derive(Debug)]
 pub struct Builder {
     terms: Terms,
     output: PathBuf,
     intake: Intake,
-    /// All memory, of which segments and sites take a part.
-    memory: u64,
     /// One more than the largest record number so far.
     next_record: u64,
     segments: SegmentSpool,
@@ -65,20 +58,19 @@ impl Builder {
         let output = target.map_err(|error| BuildError::io(output, "write a file under this name", error))?;
         let tmp = options.work_folder.as_deref();
         let folder = WorkFolder::create(&output, tmp, options.force, options.resume)?;
-        let memory = options.memory;
+        let memory = options.memory_plan();
         let mut this = Self {
-            memory,
             output,
             intake: Intake::new(),
             next_record: 0,
-            segments: SegmentSpool::new(folder.spill(), memory / SEGMENTS_SHARE),
+            segments: SegmentSpool::new(folder.spill(), memory.for_segments()),
             polygons: Arrivals::new(
                 (
                     options.crossings == Crossings::Error,
                     options.crossings == Crossings::Split || options.steiner == Steiner::Borders,
                 ),
                 folder.spill(),
-                memory / CHECK_SHARE,
+                memory.for_polygons(),
             ),
             sites: Sites::default(),
             given: Given::default(),
@@ -88,6 +80,7 @@ impl Builder {
                 folder: Arc::new(folder),
                 first_end: Arc::new(AtomicU64::new(u64::MAX)),
                 segments: 0,
+                memory,
             },
         };
         if this.terms.options.resume {
@@ -147,6 +140,7 @@ impl Builder {
     /// If there is not enough room on the disk for so many points, the memory is too small for any work, or what is known of
     /// obstacles by now is wrong.
     pub fn expect(&mut self, points: u64, mut sample: Vec<Point>) -> Result<(), BuildError> {
+        self.before_points("expect")?;
         judge(self.polygons.faults()?)?;
         sample.retain(|point| point.is_valid());
         let [by_ends, _] = self.segments.counts();
@@ -158,7 +152,7 @@ impl Builder {
             spilled_bytes: self.segments.spilled_bytes(),
             has_z: false,
         };
-        memory::check_disk(&self.terms.folder, load)?;
+        check_disk(&self.terms.folder, load)?;
         self.intake.expect(points, sample, &self.terms)
     }
 
@@ -212,6 +206,7 @@ impl Builder {
     /// If an end is not [valid](crate::geometry::Point::is_valid), a z infinite, the batch's arrays
     /// are not equally long, or segments cannot be spilled.
     pub fn push_lines(&mut self, kind: LineKind, first_line: u64, batch: &SegmentBatch) -> Result<(), BuildError> {
+        self.before_points("push_lines")?;
         let lines: Vec<u64> = batch.lines.iter().map(|line| line.saturating_add(first_line)).collect();
         let (of_ends, of_records) = lines.split_at(lines.len().min(batch.ends.len()));
         self.segments.push(&batch.ends, &batch.z, kind, of_ends)?;
@@ -228,6 +223,7 @@ impl Builder {
     /// # Errors
     /// Those of [`push_lines`](Self::push_lines).
     pub fn push_segments(&mut self, segments: &[[Point; 2]]) -> Result<(), BuildError> {
+        self.before_points("push_segments")?;
         let lines: Vec<u64> = (self.segments.len()..).take(segments.len()).collect();
         self.segments.push(segments, &[], LineKind::BreakLine, &lines)?;
         self.reserve()
@@ -239,6 +235,7 @@ impl Builder {
     /// # Errors
     /// If one is not [valid](crate::geometry::Point::is_valid), or they take more than an eighth of the memory.
     pub fn push_seeds(&mut self, seeds: &[Point]) -> Result<(), BuildError> {
+        self.before_points("push_seeds")?;
         let numbered = seeds.iter().zip(self.given.seeds.len() as u64..);
         if let Some((&point, seed)) = numbered.into_iter().find(|(seed, _)| !seed.is_valid()) {
             return Err(BuildError::InvalidSeed { seed, point });
@@ -253,24 +250,25 @@ impl Builder {
     /// If a site is not [valid](crate::geometry::Point::is_valid) or its z infinite, the batch's
     /// arrays are not equally long, or sites take more than a quarter of the memory.
     pub fn push_sites(&mut self, batch: &SiteBatch) -> Result<(), BuildError> {
+        self.before_points("push_sites")?;
         self.sites.push(batch)?;
         self.reserve()
+    }
+
+    /// Fails if points have come that a call must precede.
+    fn before_points(&self, call: &'static str) -> Result<(), BuildError> {
+        match self.given.points > 0 && self.needs_points() {
+            true => Err(BuildError::Order { call }),
+            false => Ok(()),
+        }
     }
 
     /// Leaves the memory that segments, seeds and sites do not take for everything else.
     fn reserve(&mut self) -> Result<(), BuildError> {
         let seeds = size_of_val(&*self.given.seeds) as u64;
         let sites = self.sites.byte_size() + seeds;
-        if sites > self.memory / 4 {
-            return Err(BuildError::Sites {
-                needed: 4 * sites,
-                budget: self.memory,
-            });
-        }
-        // Later they are sorted, and joined with points.
-        let segments = (4 * self.segments.byte_size()).min(self.memory / SEGMENTS_SHARE);
         self.terms.segments = self.segments.len();
-        Arc::make_mut(&mut self.terms.options).memory = self.memory - segments - sites;
+        self.terms.memory = self.terms.memory.with_arrivals(self.segments.byte_size(), sites)?;
         Ok(())
     }
 
@@ -313,7 +311,7 @@ impl Builder {
             Steiner::Never => Vec::new(),
         };
         let may_cross = self.terms.options.crossings == Crossings::Split;
-        let memory = self.terms.options.memory;
+        let memory = self.terms.memory.rest();
         let polygons = self.polygons.numbers();
         let split = SplitLines::of(
             (&mut self.segments, polygons),
@@ -327,7 +325,7 @@ impl Builder {
         self.given.crossings = lines.crossings();
         self.given.put_right = lines.put_right();
         self.given.borders = lines.borders().to_vec();
-        self.segments = SegmentSpool::new(self.terms.folder.spill(), self.memory / SEGMENTS_SHARE);
+        self.segments = SegmentSpool::new(self.terms.folder.spill(), self.terms.memory.for_segments());
         lines.push_pieces(&mut self.segments)?;
         self.reserve()?;
         let mut record = first_record;
@@ -362,7 +360,7 @@ impl Builder {
         let segments = std::mem::replace(&mut self.segments, SegmentSpool::new(self.terms.folder.spill(), 0));
         let mut given = std::mem::take(&mut self.given);
         given.site_ids = std::mem::take(&mut self.sites).into_ids();
-        let assembly = Assembly::new(&self.terms, self.memory, &self.output, given, self.began);
+        let assembly = Assembly::new(&self.terms, &self.output, given, self.began);
         assembly.build(points, segments, is_resumed).await
     }
 

@@ -4,13 +4,14 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::constraints::crossings::first::{Crossing, KEPT};
-use crate::constraints::crossings::split::SplitError;
+use crate::constraints::error::ConstraintError;
 use crate::constraints::polygons::check::InvertedPolygons;
 use crate::constraints::without_z::VertexWithoutZ;
 use crate::edit::error::EditError;
 use crate::geometry::Point;
+use crate::memory::{MemoryShortage, MemoryUse};
 use crate::shown;
-use crate::store::{EdgeSource, ReadError};
+use crate::store::ReadError;
 
 /// Why a build failed. Nothing stands under the output's name then, or what stood there before.
 #[derive(Debug, thiserror::Error)]
@@ -84,68 +85,12 @@ pub enum BuildError {
         /// Where they are.
         point: Point,
     },
-    /// The budget is too small for a single tile.
-    #[error(
-        "{budget} MiB of memory are allowed, and the work on one tile and its block takes {needed} MiB; allow more, or use \
-         smaller tiles",
-        needed = needed.div_ceil(1 << 20), budget = budget >> 20
-    )]
-    Memory {
-        /// Bytes needed.
-        needed: u64,
-        /// Bytes allowed.
-        budget: u64,
-    },
-    /// Segments take too much of the memory.
-    #[error(
-        "{budget} MiB of memory are allowed, and with so many segments {needed} MiB are needed, since all are kept in memory; \
-         allow more",
-        needed = needed.div_ceil(1 << 20), budget = budget >> 20
-    )]
-    Segments {
-        /// Bytes needed at least.
-        needed: u64,
-        /// Bytes allowed.
-        budget: u64,
-    },
-    /// Seams do not shrink as they should, so the root would not fit: points on a curve, say.
-    #[error(
-        "these points have so many neighbours across cells that merging takes about {needed} MiB of memory, and {budget} MiB \
-         are allowed; allow that much",
-        needed = needed.div_ceil(1 << 20), budget = budget >> 20
-    )]
-    Seams {
-        /// Bytes needed, about.
-        needed: u64,
-        /// Bytes allowed.
-        budget: u64,
-    },
-    /// Segments that go through many tiles hold more triangles than there is memory for.
-    #[error(
-        "segments cross so many tiles that the triangles on their way take about {needed} MiB of memory, and {budget} MiB are \
-         allowed; allow that much",
-        needed = needed.div_ceil(1 << 20), budget = budget >> 20
-    )]
-    Held {
-        /// Bytes needed, about.
-        needed: u64,
-        /// Bytes allowed.
-        budget: u64,
-    },
-    /// So many lines run along each other that it takes too much memory to note them with each edge.
-    #[error(
-        "so many lines run along each other at ({}, {}) that edges take {needed} MiB of memory or more to know all of theirs, and \
-         {budget} MiB are allowed; leave out those that are there more than once, or allow more",
-        point.x, point.y, needed = needed.div_ceil(1 << 20), budget = budget >> 20
-    )]
-    Overlaps {
-        /// A vertex that they run through.
-        point: Point,
-        /// Bytes needed at least.
-        needed: u64,
-        /// Bytes allowed.
-        budget: u64,
-    },
+    /// There is too little memory.
+    #[error(transparent)]
+    Memory(#[from] MemoryShortage),
+    /// Lines or polygons cannot become constraints.
+    #[error(transparent)]
+    Constraint(ConstraintError),
     /// Segments cross where no vertex lies.
     #[error(
         "{count} pairs of segments cross: {}; let them meet in a point, leave one of them out, or have them split where they \
@@ -197,31 +142,6 @@ pub enum BuildError {
         /// Where it is.
         point: Point,
     },
-    /// Sites and hole points are kept in memory.
-    #[error(
-        "sites and hole points take a quarter of {needed} MiB of memory, and {budget} MiB are allowed in all; allow that much",
-        needed = needed.div_ceil(1 << 20), budget = budget >> 20
-    )]
-    Sites {
-        /// Bytes needed.
-        needed: u64,
-        /// Bytes allowed.
-        budget: u64,
-    },
-    /// Segments that cross cannot be split.
-    #[error(transparent)]
-    Split(#[from] SplitError),
-    /// Splitting segments where they cross is done in memory.
-    #[error(
-        "splitting segments where they cross takes about {needed} MiB of memory, and {budget} MiB are allowed; allow that much",
-        needed = needed.div_ceil(1 << 20), budget = budget >> 20
-    )]
-    SplitMemory {
-        /// Bytes needed, about.
-        needed: u64,
-        /// Bytes allowed.
-        budget: u64,
-    },
     /// A ring of a polygon does not close, or is not what it should be: its two sides are the same.
     #[error("the rings of obstacle {obstacle} do not close; each must end where it begins")]
     OpenRing {
@@ -236,82 +156,6 @@ pub enum BuildError {
         .0.first.obstacle, .0.first.point.x, .0.first.point.y, .0.polygons
     )]
     Inverted(InvertedPolygons),
-    /// A polygon is too large to be checked.
-    #[error(
-        "so much of obstacle {obstacle} lies side by side that checking it takes about {needed} MiB of memory, and {budget} MiB \
-         are allowed for that; allow {factor} times as much in all",
-        needed = needed.div_ceil(1 << 20), budget = budget >> 20, factor = needed.div_ceil((*budget).max(1))
-    )]
-    PolygonMemory {
-        /// The number of the polygon's record.
-        obstacle: u64,
-        /// Bytes needed, at most.
-        needed: u64,
-        /// Bytes allowed.
-        budget: u64,
-    },
-    /// A batch does not tell of all segments which polygon they are of.
-    #[error("a batch has {segments} segments by their ends, and {polygons} numbers of polygons")]
-    PolygonNumbers {
-        /// Segments by their ends.
-        segments: usize,
-        /// Numbers of polygons.
-        polygons: usize,
-    },
-    /// There are more late triangles than can be numbered, or telling regions apart takes too much memory.
-    #[error(
-        "telling the regions between segments apart takes about {needed} MiB of memory, and {budget} MiB are allowed; allow \
-         that much",
-        needed = needed.div_ceil(1 << 20), budget = budget >> 20
-    )]
-    Regions {
-        /// Bytes needed, about.
-        needed: u64,
-        /// Bytes allowed.
-        budget: u64,
-    },
-    /// The end of a segment is not a point.
-    #[error("an end of segment {segment} at ({}, {}) is no valid point", point.x, point.y)]
-    InvalidEnd {
-        /// The number of the segment, from 0.
-        segment: u64,
-        /// Its end.
-        point: Point,
-    },
-    /// The z of a segment's end is infinite.
-    #[error("an end of segment {segment} has z {z}, which is not finite")]
-    InvalidEndZ {
-        /// The number of the segment, from 0.
-        segment: u64,
-        /// Its z.
-        z: f64,
-    },
-    /// A line's number is beyond what a file holds.
-    #[error("segment {segment} belongs to line {line}, and lines are numbered up to {max}", max = EdgeSource::MAX_NUMBER)]
-    LineNumber {
-        /// The number of the segment, from 0.
-        segment: u64,
-        /// The number of its line.
-        line: u64,
-    },
-    /// Segments came with another number of z, or of lines.
-    #[error("a batch has {segments} segments, pairs of z for {z} and lines for {lines}")]
-    SegmentBatch {
-        /// How many there are.
-        segments: usize,
-        /// How many have z.
-        z: usize,
-        /// How many have a line.
-        lines: usize,
-    },
-    /// A segment was to join a record that no point came of.
-    #[error("segment {segment} joins record {record}, and there is no point with that number")]
-    NoSuchRecord {
-        /// The number of the segment among those by records, from 0.
-        segment: u64,
-        /// The number.
-        record: u64,
-    },
     /// There is not enough room on the disk.
     #[error(
         "{path}: the build needs about {needed} MiB of disk, and {free} MiB are free there",
@@ -340,6 +184,14 @@ pub enum BuildError {
     /// Inputs that cannot be read again cannot be resumed.
     #[error("only a build whose inputs can be read again can be resumed; standard input cannot")]
     NotResumable,
+    /// A method was called after points had come; it must be called before.
+    #[error(
+        "{call} was called after points were pushed; lines, sites, hole points and expectations come before points"
+    )]
+    Order {
+        /// The name of the method.
+        call: &'static str,
+    },
     /// Points were pushed into a build that goes on and had them all.
     #[error("the build that is resumed has all its points already")]
     PointsComplete,
@@ -377,6 +229,20 @@ impl BuildError {
     }
 }
 
+impl From<ConstraintError> for BuildError {
+    fn from(error: ConstraintError) -> Self {
+        match error {
+            ConstraintError::Io { path, what, source } => Self::Io {
+                path,
+                what,
+                source: io::Error::new(source.kind(), source),
+            },
+            ConstraintError::Memory(shortage) => Self::Memory(shortage),
+            other => Self::Constraint(other),
+        }
+    }
+}
+
 impl From<EditError> for BuildError {
     fn from(error: EditError) -> Self {
         match error {
@@ -399,10 +265,10 @@ impl From<EditError> for BuildError {
                 Self::io(&path, "read the tiles in", io::Error::new(kind, error))
             }
             EditError::OpenRing { line } => Self::OpenRing { obstacle: line },
-            EditError::Memory { needed, allowed } => Self::Regions {
-                needed,
-                budget: allowed,
-            },
+            EditError::Memory(shortage) => Self::Memory(MemoryShortage {
+                of: MemoryUse::Regions,
+                ..shortage
+            }),
             EditError::Cancelled => Self::Cancelled,
             other => Self::Internal(format!("segments could not be inserted at the end: {other}")),
         }

@@ -18,22 +18,23 @@
 mod assembly;
 mod builder;
 pub(crate) mod conquer;
+mod disk;
 pub(crate) mod error;
 pub(crate) mod finish;
 pub(crate) mod ingest;
-pub(crate) mod memory;
 pub(crate) mod options;
 mod output;
+mod plan;
 pub(crate) mod records;
 mod resume;
 mod run;
 pub(crate) mod summary;
+mod terms;
 mod threads;
 pub(crate) mod work_folder;
 
 pub use builder::Builder;
 pub use error::BuildError;
-pub use memory::{default_memory, peak_memory};
 pub use options::{BuildOptions, Crossings, Duplicates, Phase, Progress, Steiner, UnknownDuplicates};
 pub use records::Description;
 pub use summary::{BuildSummary, LevelSummary, PhaseSummary, Waits};

@@ -7,12 +7,23 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 
 use crate::input::MissingZ;
+use crate::memory::{MemoryPlan, default_memory};
 use crate::mesh::EngineKind;
 use crate::pipeline::error::BuildError;
-use crate::pipeline::memory;
+use crate::store;
 
-/// How to build a tile file.
+/// How to build a tile file. Once given to a [`Builder`](crate::Builder), options do not change.
+///
+/// # Example
+///
+/// ```
+/// use delaunay_tiles::{BuildOptions, Crossings};
+///
+/// let options = BuildOptions::default().memory(256 << 20).crossings(Crossings::Split);
+/// assert_eq!(options.memory, 256 << 20);
+/// ```
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct BuildOptions {
     /// The most vertices of a tile, from [`MIN_TILE_VERTICES`](Self::MIN_TILE_VERTICES) to
     /// [`MAX_TILE_VERTICES`](Self::MAX_TILE_VERTICES).
@@ -54,7 +65,7 @@ impl BuildOptions {
     /// The smallest value of `tile_vertices`.
     pub const MIN_TILE_VERTICES: usize = 4;
     /// The largest value of `tile_vertices`.
-    pub const MAX_TILE_VERTICES: usize = 1 << 18;
+    pub const MAX_TILE_VERTICES: usize = store::MAX_TILE_VERTICES;
 
     /// Fails if an option is out of its range.
     pub(crate) fn check(&self) -> Result<(), BuildError> {
@@ -78,6 +89,11 @@ impl BuildOptions {
         Ok(())
     }
 
+    /// Who gets how much of the memory.
+    pub(crate) fn memory_plan(&self) -> MemoryPlan {
+        MemoryPlan::new(self.memory, self.threads, self.tile_vertices, self.merge_vertices)
+    }
+
     /// What a build that is resumed must have in common with the one before.
     pub(crate) fn identity(&self) -> String {
         let inputs = self.resumable.as_deref().unwrap_or_default();
@@ -94,13 +110,115 @@ impl BuildOptions {
     }
 }
 
+/// One setter for each field.
+impl BuildOptions {
+    /// Sets [`tile_vertices`](field@Self::tile_vertices).
+    #[must_use]
+    pub fn tile_vertices(self, tile_vertices: usize) -> Self {
+        Self { tile_vertices, ..self }
+    }
+
+    /// Sets [`merge_vertices`](field@Self::merge_vertices).
+    #[must_use]
+    pub fn merge_vertices(self, merge_vertices: usize) -> Self {
+        Self { merge_vertices, ..self }
+    }
+
+    /// Sets [`threads`](field@Self::threads).
+    #[must_use]
+    pub fn threads(self, threads: usize) -> Self {
+        Self { threads, ..self }
+    }
+
+    /// Sets [`memory`](field@Self::memory).
+    #[must_use]
+    pub fn memory(self, memory: u64) -> Self {
+        Self { memory, ..self }
+    }
+
+    /// Sets [`engine`](field@Self::engine).
+    #[must_use]
+    pub fn engine(self, engine: EngineKind) -> Self {
+        Self { engine, ..self }
+    }
+
+    /// Sets [`duplicates`](field@Self::duplicates).
+    #[must_use]
+    pub fn duplicates(self, duplicates: Duplicates) -> Self {
+        Self { duplicates, ..self }
+    }
+
+    /// Sets [`crossings`](field@Self::crossings).
+    #[must_use]
+    pub fn crossings(self, crossings: Crossings) -> Self {
+        Self { crossings, ..self }
+    }
+
+    /// Sets [`steiner`](field@Self::steiner).
+    #[must_use]
+    pub fn steiner(self, steiner: Steiner) -> Self {
+        Self { steiner, ..self }
+    }
+
+    /// Sets [`missing_z`](field@Self::missing_z).
+    #[must_use]
+    pub fn missing_z(self, missing_z: MissingZ) -> Self {
+        Self { missing_z, ..self }
+    }
+
+    /// Sets [`exterior_is_hole`](field@Self::exterior_is_hole).
+    #[must_use]
+    pub fn exterior_is_hole(self, exterior_is_hole: bool) -> Self {
+        Self {
+            exterior_is_hole,
+            ..self
+        }
+    }
+
+    /// Sets [`force`](field@Self::force).
+    #[must_use]
+    pub fn force(self, force: bool) -> Self {
+        Self { force, ..self }
+    }
+
+    /// Sets [`work_folder`](field@Self::work_folder).
+    #[must_use]
+    pub fn work_folder(self, work_folder: impl Into<Option<PathBuf>>) -> Self {
+        Self {
+            work_folder: work_folder.into(),
+            ..self
+        }
+    }
+
+    /// Sets [`resumable`](field@Self::resumable).
+    #[must_use]
+    pub fn resumable(self, resumable: impl Into<Option<String>>) -> Self {
+        Self {
+            resumable: resumable.into(),
+            ..self
+        }
+    }
+
+    /// Sets [`resume`](field@Self::resume).
+    #[must_use]
+    pub fn resume(self, resume: bool) -> Self {
+        Self { resume, ..self }
+    }
+
+    /// Sets [`progress`](field@Self::progress).
+    #[must_use]
+    pub fn progress(self, progress: Arc<Progress>) -> Self {
+        Self { progress, ..self }
+    }
+}
+
 impl Default for BuildOptions {
     fn default() -> Self {
         Self {
             tile_vertices: 1 << 16,
             merge_vertices: 1 << 16,
             threads: std::thread::available_parallelism().map_or(1, usize::from),
-            memory: memory::default_memory(),
+            memory: default_memory(),
             engine: EngineKind::default(),
             duplicates: Duplicates::default(),
             crossings: Crossings::default(),

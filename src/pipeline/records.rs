@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use crate::constraints::segments::segment::Segment;
+use crate::constraints::segment::Segment;
 use crate::geometry::{Point, Rect};
 use crate::pipeline::summary::LevelSummary;
 use crate::store::{EdgeSource, Extent, KdTree, LineSource, Source, TileId, VertexId};

@@ -9,27 +9,25 @@ use crate::pipeline::error::BuildError;
 use crate::pipeline::finish::borders::{RegionTotals, write_borders};
 use crate::pipeline::options::Phase;
 use crate::pipeline::output::ordered::{Closed, Ordered};
-use crate::pipeline::output::writer::{Extent, Sender};
+use crate::pipeline::output::writer::{Sender, ToWrite};
 use crate::pipeline::records::TileState;
 use crate::pipeline::threads::on_threads;
 
 /// When each phase began.
+/// The tiles, what regions they have, and when each phase began.
+pub(crate) type Computed = Result<(Vec<TileState>, RegionTotals, Began), BuildError>;
+
 pub(crate) type Began = Vec<(Phase, Instant)>;
 
 /// Conquers and merges all blocks that the board gets, from tile `first_tile` on, and writes the borders. The channel closes
 /// at the end.
 ///
 /// Returns the tiles, and what regions they have.
-pub(crate) fn run(
-    conquest: &Conquest,
-    first_tile: u32,
-    threads: usize,
-    sender: &Sender,
-) -> Result<(Vec<TileState>, RegionTotals, Began), BuildError> {
+pub(crate) fn run(conquest: &Conquest, first_tile: u32, threads: usize, sender: &Sender) -> Computed {
     let progress = &conquest.options.progress;
     let window = 2 * threads as u32;
     let cores = Ordered::new(first_tile, window, |_, core| {
-        sender.blocking_send(Extent::Core(core)).map_err(|_| Closed)
+        sender.blocking_send(ToWrite::Core(core)).map_err(|_| Closed)
     });
     let mut began = vec![(Phase::Divide, Instant::now())];
     let abort = || {

@@ -20,6 +20,7 @@ use std::{fs, io};
 
 use xxhash_rust::xxh3::xxh3_64;
 
+use crate::constraints::segments::chunk_store::SEGMENTS;
 use crate::io::{folder_of, is_named, output_target};
 use crate::pipeline::error::BuildError;
 
@@ -32,8 +33,6 @@ const JOURNAL: &str = "journal";
 const SPILL: &str = "spill";
 const BORDERS: &str = "borders";
 const RUN: &str = "run-";
-/// In the folder to spill to, for a moment: see [`create_segments`].
-const SEGMENTS: &str = "segments";
 
 /// A locked work folder; it goes away with this value, unless it is kept.
 #[derive(Debug)]
@@ -225,20 +224,6 @@ impl Drop for WorkFolder {
             }
         }
     }
-}
-
-/// Makes a file for segments in the folder to spill to. It has no name, so that it goes away with whoever has it open.
-pub(crate) fn create_segments(spill: &Path) -> io::Result<File> {
-    // Who is killed in between leaves a name that is known as ours.
-    let name = spill.join(SEGMENTS);
-    let file = File::options()
-        .read(true)
-        .write(true)
-        .create(true)
-        .truncate(true)
-        .open(&name)?;
-    fs::remove_file(&name)?;
-    Ok(file)
 }
 
 /// The name of the folder for the work on an output, in the folder to spill to: always the same, and no other output's.

@@ -1,6 +1,6 @@
 //! The area within a walking distance, in pieces that are bounded by straight lines and arcs.
 //!
-//! The wave tells what it sees from each of its roots ([`wave::parts`](super::wave)); of each part, what is not farther from the
+//! The wave tells what it sees from each of its roots ([`wave::parts`](crate::query::wavefront)); of each part, what is not farther from the
 //! root than the way that is left belongs to the area, and nothing else does. Pieces of one root touch along sides, where their
 //! outlines have the same points to the last bit; those of several roots may overlap, as behind an obstacle round which two ways lead.
 
@@ -9,14 +9,15 @@ use std::f64::consts::{PI, TAU};
 
 use futures::stream::Stream;
 
-use super::proximity::{Run, unfold};
-use super::wave::{Goal, Part, Places, Shape, Side, distance};
-use super::{QueryError, QueryOptions};
+use super::answer::distance;
+use super::request::{QueryError, QueryOptions, unfold};
+use super::wavefront::{Goal, Part, Places, Run, Shape, Side};
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::store::TileReader;
 
 /// A piece of the area within a walking distance: what of a convex polygon is within reach of a point that sees all of it.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct AreaPiece {
     /// The point: that from which the distance counts, or one round which ways bend.
     pub root: Point,

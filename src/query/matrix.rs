@@ -9,19 +9,20 @@ use std::sync::Arc;
 use std::task::{Context, Poll, ready};
 use std::thread::available_parallelism;
 
-use futures::stream::{self, Stream, StreamExt, TryStreamExt};
+use futures::stream;
+use futures::stream::{Stream, StreamExt, TryStreamExt};
 use tokio::task::JoinHandle;
 
-use super::place::Place;
-use super::proximity::{Distance, Run, unfold};
-use super::tiles::Tiles;
-use super::wave::{Goal, Places, What};
-use super::{Path, QueryError, QueryOptions};
+use super::answer::{Distance, Path};
+use super::free_space::Place;
+use super::request::{QueryError, QueryOptions, Tiles, unfold};
+use super::wavefront::{Goal, Places, Run, What};
 use crate::geometry::Point;
 use crate::store::{ReadError, TileReader};
 
 /// How far it is from one of some points to one of others.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct PairDistance {
     /// The place of the first point in its list.
     pub from: usize,
@@ -35,6 +36,7 @@ pub struct PairDistance {
 
 /// How a question for a distance ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum DistanceOutcome {
     /// With a distance.
     Found(Distance),

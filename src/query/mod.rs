@@ -3,59 +3,42 @@
 //! A query is a state machine without I/O that asks for tiles; a thin async driver feeds it through the cache.
 //!
 //! ```text
-//!   matrix, along, area                   many to many; along a line; all within reach
+//!   walking · matrix · along · area        sites and paths; many to many; along a line; all within reach
 //!       │
-//!   proximity ──▶ place ──▶ locate        where a query begins and ends
+//!       ├──▶ funnel ──▶ edges              an answer with bounds: the way along edges, and the same pulled taut
+//!       ├──▶ wavefront ──▶ route           what can be reached, nearest first; the path as it bends, and its proof
 //!       │
-//!       ├───────▶ wave ───▶ ground        what can be reached from there, nearest first; where one may walk
-//!       │
-//!       ├───────▶ fast ───▶ edges, taut   an answer with bounds: the way along edges, and the same pulled taut
-//!       ├───────▶ baselines ──▶ edges    the same by others' methods, to be measured (feature `baselines`)
-//!       │
-//!       └───────▶ route                   the path as it bends, and its proof
+//!       └──▶ free_space ──▶ locating       where a query begins and ends, and where one may walk
+//!                │
+//!                └──▶ request, answer      what a query may use: options, and tiles within them; what it answers with
+//!
+//!   euclidean                              as the crow flies
+//!   baselines                              the same by others' methods, to be measured (feature `baselines`)
 //! ```
 
 mod along;
+mod answer;
 mod area;
 #[cfg(feature = "baselines")]
 pub mod baselines;
-mod certify;
 mod edges;
-mod explored;
-mod fast;
-mod ground;
-mod locate;
+mod euclidean;
+mod free_space;
+mod funnel;
+mod locating;
 mod matrix;
-mod options;
-mod passages;
-mod place;
-mod progressive;
-mod proximity;
+mod request;
 mod route;
-mod sight;
-mod star;
-mod straight;
-mod taut;
-mod tiles;
-mod triangles_in;
-mod wave;
+mod walking;
+mod wavefront;
 
 pub use along::{AlongInterval, SiteAlong};
+pub use answer::{Bend, Distance, Path, PathOutcome, SiteFound, VertexFound};
 pub use area::AreaPiece;
 pub use edges::{CdtPath, CdtVertex};
-pub use explored::Explored;
-pub use locate::{Location, TriangleRef};
+pub use euclidean::Near;
+pub use free_space::Footing;
+pub use locating::{Location, TriangleRef};
 pub use matrix::{DistanceOutcome, PairDistance};
-pub use options::{Mode, QueryError, QueryOptions, UnknownMode};
-pub use progressive::{Cost, Progress};
-pub use proximity::{Distance, Footing, PathOutcome, SiteFound, VertexFound};
-pub use route::{Bend, Path};
-pub use straight::Near;
-
-use crate::geometry::Point;
-
-/// A coordinate that someone asks for, as the exact predicates can take it: what is closer to 0 than any coordinate of a
-/// triangulation can be counts as 0. What is too large is outside anyway.
-fn representable(v: f64) -> f64 {
-    if v.abs() < Point::MIN_MAGNITUDE { 0.0 } else { v }
-}
+pub use request::{Explored, Mode, QueryError, QueryOptions, UnknownMode};
+pub use walking::{Cost, Progress};

@@ -2,12 +2,15 @@
 
 use futures::stream::TryStreamExt;
 
-use super::{
-    Across, BorderDraft, Component, CoreDraft, Directory, ELSEWHERE, HULL, Metadata, OpenOptions, Tile, TileEntry,
-    TileReader, TileWriter,
-};
 use crate::io::{Buffers, MemoryFile};
 use crate::mesh::NONE;
+use crate::store::format::directory::{Directory, TileEntry};
+use crate::store::format::encode::{BorderDraft, CoreDraft, ELSEWHERE, HULL};
+use crate::store::format::metadata::Metadata;
+use crate::store::format::tile::Component;
+use crate::store::format::tile::{Across, Tile};
+use crate::store::reader::{OpenOptions, TileReader};
+use crate::store::writer::TileWriter;
 
 /// What a tile is made of, without constraints.
 fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {

@@ -5,8 +5,8 @@ use std::io;
 use bytes::{Bytes, BytesMut};
 
 use super::Directory;
-use super::directory::{Extent, MAX_DIRECTORY};
-use super::superblock::{BLOCK, FIRST_EXTENT, FileId, InForce, MAX_FLATBUFFER, Superblock};
+use super::format::directory::Extent;
+use super::format::superblock::{BLOCK, FIRST_EXTENT, FileId, InForce, MAX_DIRECTORY, MAX_FLATBUFFER, Superblock};
 use crate::io::WriteAt;
 
 /// Bytes gathered before they are written.

@@ -15,11 +15,7 @@ use futures::stream::TryStreamExt;
 use crate::support::{Random, Scratch, batches, build_batches, file_bytes, points_of, runtime};
 
 fn options() -> BuildOptions {
-    BuildOptions {
-        tile_vertices: 64,
-        threads: 2,
-        ..BuildOptions::default()
-    }
+    BuildOptions::default().tile_vertices(64).threads(2)
 }
 
 /// Bytes of all tiles of a file.
@@ -104,10 +100,7 @@ impl Answers {
 }
 
 async fn file(scratch: &Scratch, points: &[Point]) {
-    let options = BuildOptions {
-        force: true,
-        ..options()
-    };
+    let options = options().force(true);
     build_batches(&scratch.path, &batches(points, &[]), options)
         .await
         .unwrap();

@@ -26,10 +26,7 @@ fn town() -> Vec<u8> {
         .collect();
     let (records, z) = ((0..900).collect(), Vec::new());
     wait(async {
-        let options = BuildOptions {
-            tile_vertices: 64,
-            ..BuildOptions::default()
-        };
+        let options = BuildOptions::default().tile_vertices(64);
         let mut builder = Builder::new(&path, options).unwrap();
         builder.push(&PointBatch { records, points, z }).await.unwrap();
         builder.finish().await.unwrap();

@@ -3,7 +3,7 @@
 use crate::constraints::crossings::boxes::{bounds, common};
 use crate::constraints::crossings::ends::Ends;
 use crate::constraints::crossings::grid::{CellRange, Extents, Grid};
-use crate::constraints::crossings::search::Lines;
+use crate::constraints::crossings::lines::Lines;
 use crate::geometry::{Point, Rect};
 
 /// The part of all pairs that may be left, for a grid to be worth its while.

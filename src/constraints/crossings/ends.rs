@@ -1,6 +1,6 @@
 //! What can cross: anything with two ends.
 
-use crate::constraints::segments::segment::Segment;
+use crate::constraints::segment::Segment;
 use crate::geometry::Point;
 
 /// What has two ends.

@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use super::ends::Ends;
-use super::search;
+use crate::constraints::crossings::ends::Ends;
+use crate::constraints::crossings::search;
 use crate::geometry::{ExactCrossing, Point, Rect, cross_outside, segments_cross};
 
 /// Finds the pairs of segments that cross in a cell, each once, in any order.

@@ -18,6 +18,7 @@ pub(crate) mod ends;
 pub(crate) mod find;
 pub(crate) mod first;
 mod grid;
+mod lines;
 mod pairs;
 mod search;
 pub(crate) mod split;

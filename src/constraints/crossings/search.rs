@@ -13,6 +13,7 @@ use crate::constraints::crossings::boxes::bounds;
 use crate::constraints::crossings::cells::{Cells, Parting};
 use crate::constraints::crossings::ends::Ends;
 use crate::constraints::crossings::grid::Grid;
+use crate::constraints::crossings::lines::Lines;
 use crate::constraints::crossings::pairs::Pairs;
 use crate::constraints::crossings::sweep::Sweep;
 use crate::geometry::{Point, Rect};
@@ -54,32 +55,6 @@ pub(crate) fn search<S: Ends>(
         pairs: Pairs::default(),
     };
     search.bucket(lines, &members, within)
-}
-
-/// Segments, all or copies of some.
-pub(crate) struct Lines<'a, S> {
-    pub(crate) segments: &'a [S],
-    /// Of copies: the numbers of the originals.
-    numbers: Option<&'a [u32]>,
-}
-
-impl<S> Clone for Lines<'_, S> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<S> Copy for Lines<'_, S> {}
-
-impl<S: Ends> Lines<'_, S> {
-    #[inline]
-    pub(crate) fn ends(&self, member: u32) -> [Point; 2] {
-        self.segments[member as usize].ends()
-    }
-
-    fn number(&self, member: u32) -> u32 {
-        self.numbers.map_or(member, |numbers| numbers[member as usize])
-    }
 }
 
 struct Search<'a, M, F> {

@@ -36,6 +36,7 @@ use crate::constraints::crossings::boxes::bounds;
 use crate::constraints::crossings::ends::Ends;
 use crate::constraints::crossings::find::find;
 use crate::constraints::crossings::search::search;
+use crate::constraints::error::SplitError;
 use crate::geometry::{Orientation, Point, Rect, orient2d};
 
 /// How often segments are bent.
@@ -64,33 +65,6 @@ pub(crate) struct Split {
     pub(crate) crossings: Vec<u64>,
     /// The rounded crossing points in lexicographic order, each once. Some may have been ends before.
     pub(crate) points: Vec<Point>,
-}
-
-/// Why segments cannot be split.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SplitError {
-    /// After the last round some still cross.
-    #[error(
-        "{crossings} pairs of segments still cross after they were split {rounds} times, one at ({}, {}): lines lie too \
-         close to each other there to be told apart by their coordinates; leave some of them out, or move the coordinates \
-         closer to zero, where they are finer",
-        point.x, point.y
-    )]
-    StillCrossing {
-        /// After how many rounds.
-        rounds: usize,
-        /// How many pairs.
-        crossings: u64,
-        /// The lexicographically smallest crossing point.
-        point: Point,
-    },
-    /// There are more crossings than allowed.
-    #[error("more than {limit} pairs of segments cross; look for the wrong ones, or allow more memory")]
-    TooMany {
-        /// How many pairs may cross in one round.
-        limit: usize,
-    },
 }
 
 /// Gives all points within a rectangle that are vertices too, or more, some at a time; or says why it cannot.

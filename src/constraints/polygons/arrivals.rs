@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use crate::constraints::error::ConstraintError;
 use crate::constraints::polygons::check::{PolygonCheck, PolygonFaults, Runs, by_ends};
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::input::SegmentBatch;
-use crate::pipeline::error::BuildError;
 use crate::store::{EdgeSource, LineKind};
 
 /// The polygons of a build.
@@ -35,10 +35,10 @@ impl Arrivals {
     /// Takes a batch of obstacles.
     ///
     /// An error is a batch that does not tell of all segments which polygon they are of, or one of [`PolygonCheck::push`].
-    pub(crate) fn push(&mut self, first_line: u64, batch: &SegmentBatch) -> Result<(), BuildError> {
+    pub(crate) fn push(&mut self, first_line: u64, batch: &SegmentBatch) -> Result<(), ConstraintError> {
         let (segments, polygons) = (batch.ends.len(), batch.polygons.len());
         if polygons != 0 && polygons != segments {
-            return Err(BuildError::PolygonNumbers { segments, polygons });
+            return Err(ConstraintError::PolygonNumbers { segments, polygons });
         }
         if let Some(check) = &mut self.check {
             check.push(first_line, batch)?;
@@ -57,7 +57,7 @@ impl Arrivals {
     /// What is wrong with the polygons that came by their ends.
     ///
     /// Errors are those of [`PolygonCheck::push`].
-    pub(crate) fn faults(&mut self) -> Result<PolygonFaults, BuildError> {
+    pub(crate) fn faults(&mut self) -> Result<PolygonFaults, ConstraintError> {
         self.check
             .as_mut()
             .map_or_else(|| Ok(PolygonFaults::default()), PolygonCheck::finish)
@@ -66,7 +66,7 @@ impl Arrivals {
     /// What is wrong with any, once all points have come.
     ///
     /// Errors are those of [`PolygonCheck::push`], or what reading the segments says.
-    pub(crate) fn all_faults(&mut self, segments: &mut SegmentSpool) -> Result<PolygonFaults, BuildError> {
+    pub(crate) fn all_faults(&mut self, segments: &mut SegmentSpool) -> Result<PolygonFaults, ConstraintError> {
         let faults = self.faults()?;
         let Some(check) = self.check.as_mut().filter(|_| self.between > 0) else {
             return Ok(faults);

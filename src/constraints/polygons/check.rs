@@ -7,11 +7,12 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::constraints::error::ConstraintError;
 use crate::constraints::polygons::sweep::{BYTES, Outcome, Sweep};
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::geometry::Point;
 use crate::input::SegmentBatch;
-use crate::pipeline::error::BuildError;
+use crate::memory::{MemoryShortage, MemoryUse};
 use crate::store::LineKind;
 
 /// Where a polygon is inside out.
@@ -114,7 +115,7 @@ impl PolygonCheck {
     ///
     /// # Errors
     /// If a polygon is too large for the memory, or cannot be spilled.
-    pub fn push(&mut self, first_line: u64, batch: &SegmentBatch) -> Result<(), BuildError> {
+    pub fn push(&mut self, first_line: u64, batch: &SegmentBatch) -> Result<(), ConstraintError> {
         for (key, line, ends) in by_ends(first_line, batch) {
             self.take(key, line, ends)?;
         }
@@ -122,7 +123,7 @@ impl PolygonCheck {
     }
 
     /// Takes a segment of a polygon.
-    pub(crate) fn take(&mut self, key: u64, line: u64, ends: [Point; 2]) -> Result<(), BuildError> {
+    pub(crate) fn take(&mut self, key: u64, line: u64, ends: [Point; 2]) -> Result<(), ConstraintError> {
         let polygon = self.runs.next(key);
         if polygon != self.polygon {
             self.end_polygon()?;
@@ -140,14 +141,14 @@ impl PolygonCheck {
     ///
     /// # Errors
     /// Those of [`push`](Self::push).
-    pub fn finish(&mut self) -> Result<PolygonFaults, BuildError> {
+    pub fn finish(&mut self) -> Result<PolygonFaults, ConstraintError> {
         self.end_polygon()?;
         self.runs.last = None;
         self.segments = Vec::new();
         Ok(self.faults)
     }
 
-    fn spill(&mut self) -> Result<(), BuildError> {
+    fn spill(&mut self) -> Result<(), ConstraintError> {
         let (folder, memory) = (&self.folder, self.budget / 8);
         let spool = self.spooled.get_or_insert_with(|| SegmentSpool::new(folder, memory));
         let lines = vec![0; self.segments.len()];
@@ -156,7 +157,7 @@ impl PolygonCheck {
         Ok(())
     }
 
-    fn end_polygon(&mut self) -> Result<(), BuildError> {
+    fn end_polygon(&mut self) -> Result<(), ConstraintError> {
         let outcome = if self.spooled.is_some() {
             self.spill()?;
             self.segments = Vec::new();
@@ -190,7 +191,7 @@ impl PolygonCheck {
     }
 
     /// Sweeps a polygon that does not fit in memory.
-    fn sweep_in_strips(&self, mut spool: SegmentSpool) -> Result<Outcome, BuildError> {
+    fn sweep_in_strips(&self, mut spool: SegmentSpool) -> Result<Outcome, ConstraintError> {
         let cuts = self.cuts(&mut spool)?;
         let ends = [f64::NEG_INFINITY, f64::INFINITY];
         let sides: Vec<f64> = [ends[0]]
@@ -218,7 +219,7 @@ impl PolygonCheck {
     }
 
     /// Where to cut a polygon into strips, each of which is met by half as many segments as fit, or by few that do not end there.
-    fn cuts(&self, spool: &mut SegmentSpool) -> Result<Vec<f64>, BuildError> {
+    fn cuts(&self, spool: &mut SegmentSpool) -> Result<Vec<f64>, ConstraintError> {
         const SAMPLE: u64 = 1 << 14;
         let every = spool.len().div_ceil(SAMPLE).max(1);
         let (mut count, mut sample) = (0, Vec::new());
@@ -239,7 +240,7 @@ impl PolygonCheck {
     }
 
     /// The segments that meet a strip.
-    fn within(&self, spool: &mut SegmentSpool, [left, right]: [f64; 2]) -> Result<Vec<[Point; 2]>, BuildError> {
+    fn within(&self, spool: &mut SegmentSpool, [left, right]: [f64; 2]) -> Result<Vec<[Point; 2]>, ConstraintError> {
         let (mut within, count) = (Vec::new(), spool.len());
         spool.for_each_chunk(|segments| {
             let meets = |ends: &[Point; 2]| {
@@ -248,11 +249,12 @@ impl PolygonCheck {
             };
             within.extend(segments.iter().map(|segment| segment.ends).filter(meets));
             match within.len() > self.most {
-                true => Err(BuildError::PolygonMemory {
-                    obstacle: self.line,
+                true => Err(MemoryShortage {
+                    of: MemoryUse::Polygon { obstacle: self.line },
                     needed: count.saturating_mul(BYTES),
                     budget: self.budget,
-                }),
+                }
+                .into()),
                 false => Ok(()),
             }
         })?;

@@ -4,10 +4,10 @@ use std::io;
 
 use parking_lot::Mutex;
 
+use crate::constraints::segment::{SEGMENT_BYTES, Segment};
 use crate::constraints::segments::cells::SegmentCells;
 use crate::constraints::segments::chunk_store::{Chunk, ChunkStore, damaged};
 use crate::constraints::segments::codec::{SegmentChunk, encode_segments};
-use crate::constraints::segments::segment::{SEGMENT_BYTES, Segment};
 use crate::geometry::Rect;
 use crate::store::{KdTree, list_for};
 

@@ -3,9 +3,9 @@
 //! A cell does not own its left and its bottom side. A segment that lies beside the cell and touches one of these does not meet it:
 //! the segment may lie within the cell of its ends, and no other leaf may take it as one that passes through.
 
-use crate::constraints::segments::segment::Segment;
+use crate::constraints::segment::Segment;
 use crate::geometry::{Point, Rect, segment_meets};
-use crate::store::cell_index::CellIndex;
+use crate::store::format::cell_index::CellIndex;
 use crate::store::{KdNode, KdTree};
 
 /// The segments of each leaf of a tree below a cell: the numbers of those that meet its cell, ascending; perhaps of some more,

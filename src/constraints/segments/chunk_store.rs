@@ -1,13 +1,15 @@
 //! Chunks of bytes: in memory up to a limit, then in a file.
 
 use std::fs::File;
-use std::io;
 use std::ops::Range;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
-use crate::pipeline::work_folder::create_segments;
 use crate::store::Extent;
+
+/// In the folder to spill to, for a moment: see [`create_segments`].
+pub(crate) const SEGMENTS: &str = "segments";
 
 /// Where a chunk is.
 #[derive(Debug)]
@@ -144,6 +146,7 @@ impl ChunkStore {
     }
 
     /// The file, if there is one.
+
     #[cfg(test)]
     pub(crate) fn file(&self) -> Option<&File> {
         self.file.as_ref()
@@ -153,4 +156,18 @@ impl ChunkStore {
 /// What was read is not what was written.
 pub(crate) fn damaged(problem: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, problem)
+}
+
+/// Makes a file for segments in the folder to spill to. It has no name, so that it goes away with whoever has it open.
+fn create_segments(spill: &Path) -> io::Result<File> {
+    // Who is killed in between leaves a name that is known as ours.
+    let name = spill.join(SEGMENTS);
+    let file = File::options()
+        .read(true)
+        .write(true)
+        .create(true)
+        .truncate(true)
+        .open(&name)?;
+    fs::remove_file(&name)?;
+    Ok(file)
 }

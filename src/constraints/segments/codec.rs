@@ -14,7 +14,7 @@
 //!
 //! All little-endian. Lines come one after the other, so sources take four bytes but for odd inputs.
 
-use crate::constraints::segments::segment::Segment;
+use crate::constraints::segment::Segment;
 use crate::geometry::Point;
 use crate::store::EdgeSource;
 

@@ -13,6 +13,7 @@ use crate::constraints::segments::lookup::Lookup;
 use crate::constraints::segments::part::{END_BITS, Part, PartLimits};
 use crate::geometry::Point;
 use crate::input::PointBatch;
+use crate::memory::segments::JoinShares;
 
 /// Ends of a part at least, if memory allows it: so many are sorted, and put in their places, in the processor's cache.
 const FEW_ENDS: u64 = 1 << 16;
@@ -22,8 +23,7 @@ const PARTS: u64 = 64;
 /// Records that wait for their points.
 #[derive(Debug)]
 pub(crate) struct Join {
-    /// Bytes that it may take, about, apart from those of chunks.
-    memory: u64,
+    shares: JoinShares,
     parts: Vec<Part>,
     /// Ends in all parts.
     ends: u64,
@@ -33,9 +33,9 @@ pub(crate) struct Join {
 
 impl Join {
     /// Nothing yet.
-    pub(crate) fn new(memory: u64) -> Self {
+    pub(crate) fn new(shares: JoinShares) -> Self {
         Self {
-            memory,
+            shares,
             parts: Vec::new(),
             ends: 0,
             records: Vec::new(),
@@ -55,13 +55,8 @@ impl Join {
 
     /// The most ends of the next part: as many as half of the memory can sort, or put in their places. Even.
     fn part_ends(&self) -> usize {
-        let most = (self.memory / 32).clamp(16, 1 << END_BITS);
+        let most = self.shares.part_ends.clamp(16, 1 << END_BITS);
         ((self.ends / PARTS).max(FEW_ENDS).min(most) & !1) as usize
-    }
-
-    /// Bytes of a chunk of pairs.
-    fn chunk_bytes(&self) -> usize {
-        (self.memory / 512).clamp(1 << 10, 16 << 10) as usize
     }
 
     /// Takes the records of segments.
@@ -83,7 +78,7 @@ impl Join {
     }
 
     fn add_part(&mut self, store: &mut ChunkStore) -> io::Result<()> {
-        let chunk_bytes = self.chunk_bytes();
+        let chunk_bytes = self.shares.chunk;
         let part = Part::new(&mut self.records, chunk_bytes, store)?;
         self.ends += u64::from(part.ends());
         self.parts.push(part);
@@ -103,13 +98,12 @@ impl Join {
             return Ok(());
         };
         // A buffer grows to twice what is in it. Much smaller ones would cost more time than they save memory.
-        let share = self.memory / 8 / self.parts.len() as u64;
+        let share = self.shares.found / self.parts.len() as u64;
         let found = share.clamp(256, 64 << 10) as usize;
-        let kept = self.memory as usize / 2 / self.chunk_bytes();
         for (part, number) in self.parts.iter_mut().zip(0..) {
             let limits = PartLimits {
                 found,
-                keeps_pairs: number < kept,
+                keeps_pairs: number < self.shares.kept_chunks,
             };
             part.resolve(&points, limits, store)?;
         }

@@ -17,12 +17,11 @@
 
 pub(crate) mod blocks;
 pub(crate) mod cells;
-mod chunk_store;
+pub(crate) mod chunk_store;
 mod codec;
 mod found;
 mod join;
 mod lookup;
 mod part;
 mod radix;
-pub(crate) mod segment;
 pub(crate) mod spool;

@@ -3,15 +3,16 @@
 use std::io;
 use std::path::Path;
 
+use crate::constraints::error::ConstraintError;
+use crate::constraints::segment::{CHUNK_SEGMENTS, Segment};
 use crate::constraints::segments::blocks::BlockSegments;
 use crate::constraints::segments::chunk_store::{Chunk, ChunkStore, damaged};
 use crate::constraints::segments::codec::{Numbers, SegmentChunk, encode_numbers, encode_segments};
 use crate::constraints::segments::join::Join;
-use crate::constraints::segments::segment::{CHUNK_SEGMENTS, Segment};
 use crate::constraints::without_z::NO_Z;
 use crate::geometry::Point;
 use crate::input::PointBatch;
-use crate::pipeline::error::BuildError;
+use crate::memory::segments::SpoolShares;
 use crate::store::{EdgeSource, KdTree, LineKind};
 
 /// Segments, first those by their ends and then those between points, each in the order in which they came.
@@ -44,16 +45,17 @@ pub(crate) struct SegmentSpool {
 impl SegmentSpool {
     /// No segments yet. They will take about so many bytes of memory at most, and the rest of them room in the folder.
     pub(crate) fn new(folder: &Path, memory: u64) -> Self {
-        let capacity = memory / 64 / size_of::<Segment>() as u64;
+        let shares = SpoolShares::new(memory);
+        let capacity = shares.pending / size_of::<Segment>() as u64;
         Self {
-            store: ChunkStore::new(folder, memory / 2),
+            store: ChunkStore::new(folder, shares.chunks),
             capacity: capacity.clamp(4, CHUNK_SEGMENTS as u64) as usize,
             by_ends: Vec::new(),
             by_ends_count: 0,
             has_z: false,
             pending: Vec::new(),
             pending_z: Vec::new(),
-            join: Join::new(memory / 2),
+            join: Join::new(shares.join),
             sources: Vec::new(),
             pending_sources: Vec::new(),
             bytes: Vec::new(),
@@ -115,9 +117,9 @@ impl SegmentSpool {
         z: &[[f64; 2]],
         kind: LineKind,
         lines: &[u64],
-    ) -> Result<(), BuildError> {
+    ) -> Result<(), ConstraintError> {
         if lines.len() != ends.len() || !(z.is_empty() || z.len() == ends.len()) {
-            return Err(BuildError::SegmentBatch {
+            return Err(ConstraintError::SegmentBatch {
                 segments: ends.len(),
                 z: z.len(),
                 lines: lines.len(),
@@ -125,12 +127,12 @@ impl SegmentSpool {
         }
         for (ends, segment) in ends.iter().zip(self.len()..) {
             if let Some(&point) = ends.iter().find(|end| !end.is_valid()) {
-                return Err(BuildError::InvalidEnd { segment, point });
+                return Err(ConstraintError::InvalidEnd { segment, point });
             }
         }
         for (z, segment) in z.iter().zip(self.len()..) {
             if let Some(&z) = z.iter().find(|z| z.is_infinite()) {
-                return Err(BuildError::InvalidEndZ { segment, z });
+                return Err(ConstraintError::InvalidEndZ { segment, z });
             }
         }
         self.check_lines(lines)?;
@@ -162,9 +164,9 @@ impl SegmentSpool {
         records: &[[u64; 2]],
         kind: LineKind,
         lines: &[u64],
-    ) -> Result<(), BuildError> {
+    ) -> Result<(), ConstraintError> {
         if lines.len() != records.len() {
-            return Err(BuildError::SegmentBatch {
+            return Err(ConstraintError::SegmentBatch {
                 segments: records.len(),
                 z: 0,
                 lines: lines.len(),
@@ -187,10 +189,10 @@ impl SegmentSpool {
         self.join.push(records, &mut self.store)
     }
 
-    fn check_lines(&self, lines: &[u64]) -> Result<(), BuildError> {
+    fn check_lines(&self, lines: &[u64]) -> Result<(), ConstraintError> {
         let mut numbered = lines.iter().zip(self.len()..);
         match numbered.find(|&(&line, _)| line > EdgeSource::MAX_NUMBER) {
-            Some((&line, segment)) => Err(BuildError::LineNumber { segment, line }),
+            Some((&line, segment)) => Err(ConstraintError::LineNumber { segment, line }),
             None => Ok(()),
         }
     }
@@ -205,25 +207,25 @@ impl SegmentSpool {
         Ok(())
     }
 
-    fn cannot_spill(&self, error: io::Error) -> BuildError {
-        BuildError::io(self.store.folder(), "spill segments in", error)
+    fn cannot_spill(&self, error: io::Error) -> ConstraintError {
+        ConstraintError::io(self.store.folder(), "spill segments in", error)
     }
 
-    fn cannot_read(&self, error: io::Error) -> BuildError {
-        BuildError::io(self.store.folder(), "read segments back from", error)
+    fn cannot_read(&self, error: io::Error) -> ConstraintError {
+        ConstraintError::io(self.store.folder(), "read segments back from", error)
     }
 
     /// Finds the ends that are among these points. Segments between them must have come before.
     ///
     /// It is fastest if records ascend, but need not be so. If one comes twice, the last one counts.
-    pub(crate) fn resolve(&mut self, batch: &PointBatch) -> Result<(), BuildError> {
+    pub(crate) fn resolve(&mut self, batch: &PointBatch) -> Result<(), ConstraintError> {
         let resolved = self.join.resolve(batch, &mut self.store);
         resolved.map_err(|error| self.cannot_spill(error))
     }
 
     /// z at the ends of those that [`for_each_chunk`](Self::for_each_chunk) gives first, in its order, [`NO_Z`] where there is
     /// none; all others have none.
-    pub(crate) fn z_of_ends(&self) -> Result<Vec<[f64; 2]>, BuildError> {
+    pub(crate) fn z_of_ends(&self) -> Result<Vec<[f64; 2]>, ConstraintError> {
         let mut all = Vec::new();
         for batch in self.ends(0) {
             let PointBatch { points, mut z, .. } = batch?;
@@ -236,7 +238,7 @@ impl SegmentSpool {
 
     /// The ends of segments that came by them, two for each, as points with ascending record
     /// numbers from this one on, with z or [`NO_Z`].
-    pub(crate) fn ends(&self, first_record: u64) -> impl Iterator<Item = Result<PointBatch, BuildError>> + Send {
+    pub(crate) fn ends(&self, first_record: u64) -> impl Iterator<Item = Result<PointBatch, ConstraintError>> + Send {
         let mut record = first_record;
         let mut bytes = Vec::new();
         let chunks = self.by_ends.iter().map(Some).chain([None]);
@@ -269,16 +271,16 @@ impl SegmentSpool {
 
     /// Gives all segments but those of no length, some at a time, once all points have come. It may be called again.
     ///
-    /// An error is [`BuildError::NoSuchRecord`], what the system says, or what `take` does.
+    /// An error is [`ConstraintError::NoSuchRecord`], what the system says, or what `take` does.
     pub(crate) fn for_each_chunk(
         &mut self,
-        mut take: impl FnMut(&[Segment]) -> Result<(), BuildError>,
-    ) -> Result<(), BuildError> {
+        mut take: impl FnMut(&[Segment]) -> Result<(), ConstraintError>,
+    ) -> Result<(), ConstraintError> {
         let given = self.give(false, &mut |segments, _| take(segments).map_err(Stopped::Build));
         given.map_err(|stopped| self.error(stopped))
     }
 
-    fn error(&self, stopped: Stopped) -> BuildError {
+    fn error(&self, stopped: Stopped) -> ConstraintError {
         match stopped {
             Stopped::Io(error) => self.cannot_read(error),
             Stopped::Build(error) => error,
@@ -322,7 +324,7 @@ impl SegmentSpool {
             }
             Ok(())
         };
-        let missing = |segment, record| Stopped::Build(BuildError::NoSuchRecord { segment, record });
+        let missing = |segment, record| Stopped::Build(ConstraintError::NoSuchRecord { segment, record });
         self.join.for_each(is_last, &mut self.store, take, missing)
     }
 
@@ -330,10 +332,10 @@ impl SegmentSpool {
     /// more than so many bytes there.
     ///
     /// Errors are those of [`for_each_chunk`](Self::for_each_chunk).
-    pub(crate) fn distribute(mut self, tree: &KdTree, memory: u64) -> Result<BlockSegments, BuildError> {
+    pub(crate) fn distribute(mut self, tree: &KdTree, memory: u64) -> Result<BlockSegments, ConstraintError> {
         self.store.fill_no_memory();
         let folder = self.store.folder().to_owned();
-        let cannot = |error| BuildError::io(&folder, "spill segments in", error);
+        let cannot = |error| ConstraintError::io(&folder, "spill segments in", error);
         let mut blocks = BlockSegments::writer(tree, self.len(), memory);
         let given = self.give(true, &mut |segments, store| {
             blocks
@@ -357,7 +359,7 @@ type Take<'a> = dyn FnMut(&[Segment], &mut ChunkStore) -> Result<(), Stopped> + 
 /// Why segments are not given any more.
 enum Stopped {
     Io(io::Error),
-    Build(BuildError),
+    Build(ConstraintError),
 }
 
 impl From<io::Error> for Stopped {

@@ -6,7 +6,7 @@
 use crate::edit::tile::{BEYOND, EditTile, ON_HULL};
 use crate::geometry::{Point, Rect};
 use crate::mesh::{NONE, next_side};
-use crate::store::components::{components, of_core};
+use crate::store::format::components::{components, of_core};
 use crate::store::{Across, BorderDraft, Component, CoreDraft, ELSEWHERE, HULL, TileEntry, VertexId};
 
 /// What a tile is when it is written.

@@ -5,11 +5,9 @@
 //! component that is connected with it across constraints, and by how much deeper it lies than that.
 
 use crate::mesh::NONE;
-use crate::pipeline::records::Anchor;
-use crate::store::components::joined;
+use crate::pipeline::records::{Anchor, OpenSide};
+use crate::store::format::components::joined;
 use crate::store::{CoreDraft, EdgeSource};
-
-use crate::pipeline::records::OpenSide;
 
 /// The components of a core, open ones first.
 #[derive(Clone, Debug, Default, PartialEq)]

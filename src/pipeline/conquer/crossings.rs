@@ -8,7 +8,7 @@ use parking_lot::Mutex;
 
 use crate::constraints::crossings::find::find;
 use crate::constraints::crossings::first::{Crossing, FirstCrossings};
-use crate::constraints::segments::segment::Segment;
+use crate::constraints::segment::Segment;
 use crate::geometry::{Orientation, Point, Rect, orient2d};
 use crate::io::start_scoped;
 use crate::pipeline::ingest::point_store::Item;

@@ -4,7 +4,7 @@
 //! hull of every cell, seams are whole cells, and the root would hold all points at once. Both are powers of m, so the
 //! nodes that are done tell which one it is.
 
-use crate::pipeline::memory::{SEAM_BYTES, SEAM_WORK_BYTES};
+use crate::memory::{SEAM_BYTES, SEAM_WORK_BYTES};
 
 /// What the nodes that are done tell.
 #[derive(Clone, Debug, Default)]

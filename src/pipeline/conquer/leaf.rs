@@ -2,13 +2,14 @@
 
 use crate::collections::bucket_sort::bucket_sort;
 use crate::constraints::seeds::Seeds;
-use crate::constraints::segments::segment::Segment;
-use crate::geometry::{MortonSquare, Point, Rect};
+use crate::constraints::segment::Segment;
+use crate::geometry::{HalfEdge, MortonSquare, Point, Rect};
 use crate::input::SiteId;
-use crate::mesh::NONE;
 use crate::mesh::vertex_index::VertexIndex;
+use crate::mesh::{NONE, Topology};
 use crate::pipeline::conquer::components::Components;
-use crate::pipeline::conquer::constrain::{Refusal, constrain_leaf};
+use crate::pipeline::conquer::constrain::constrain_leaf;
+use crate::pipeline::conquer::constrain::refusal::Refusal;
 use crate::pipeline::conquer::node::{Fate, Workspace};
 use crate::pipeline::ingest::point_store::{Attributes, Item};
 use crate::pipeline::options::DuplicateRule;
@@ -304,11 +305,11 @@ fn core_triangles(workspace: &Workspace, core: &mut CoreDraft) -> Vec<OpenSide> 
         let corners = mesh.triangles[triangle as usize];
         let bits = workspace.side_bits.get(triangle as usize).copied().unwrap_or(0);
         let sides = [0, 1, 2].map(|s| 3 * triangle + s);
-        let neighbours = sides.map(|side| match mesh.twin(side) {
-            NONE => NONE,
-            twin => match renumbered[(twin / 3) as usize] {
+        let neighbours = sides.map(|side| match mesh.twin(HalfEdge(side)).half_edge() {
+            None => NONE,
+            Some(twin) => match renumbered[twin.triangle() as usize] {
                 NONE => NONE,
-                other => 3 * other + twin % 3,
+                other => HalfEdge::new(other, twin.corner()).0,
             },
         });
         for (s, _) in neighbours.iter().enumerate().filter(|(_, side)| **side == NONE) {

@@ -5,7 +5,8 @@
 
 use crate::geometry::{Point, Rect};
 use crate::mesh::smallest_first;
-use crate::pipeline::conquer::constrain::{Final, Refusal, constrain_node};
+use crate::pipeline::conquer::constrain::refusal::Refusal;
+use crate::pipeline::conquer::constrain::{Final, constrain_node};
 use crate::pipeline::conquer::node::{Fate, Workspace};
 use crate::pipeline::records::{LateTriangle, Pending, Seam, SeamVertex};
 

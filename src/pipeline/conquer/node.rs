@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::geometry::{Point, Rect, disc_strictly_inside};
 use crate::io::Buffers;
 use crate::mesh::{Engine, Inserter, Triangulation, smallest_first};
-use crate::pipeline::conquer::constrain::deferral::Deferral;
+use crate::pipeline::conquer::deferral::Deferral;
 use crate::pipeline::records::Piece;
 use crate::store::CoreDraft;
 

@@ -18,13 +18,13 @@ use tracing::Instrument;
 
 use crate::constraints::segments::blocks::BlockSegments;
 use crate::io::{ReadAt, ThreadsFile, blocking};
+use crate::memory::{SEGMENT_BYTES, point_bytes};
 use crate::pipeline::conquer::schedule::{BlockPoints, Board};
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::point_store::PointStore;
 use crate::pipeline::ingest::spill;
-use crate::pipeline::ingest::spill::plan::Block;
 use crate::pipeline::ingest::spill::run::{HEADER, chunk_length, decode_chunk};
-use crate::pipeline::memory::{SEGMENT_BYTES, point_bytes};
+use crate::pipeline::plan::Block;
 
 /// Bytes of one read.
 const PIECE: u64 = 1 << 20;

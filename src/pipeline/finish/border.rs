@@ -5,7 +5,7 @@ use crate::pipeline::finish::border_mesh::{BorderMesh, Late};
 use crate::pipeline::finish::regions::Regions;
 use crate::pipeline::output::border_log::GroupBorders;
 use crate::pipeline::records::{Anchor, TileState};
-pub(crate) use crate::store::components::components;
+pub(crate) use crate::store::format::components::components;
 use crate::store::{BorderDraft, ELSEWHERE, EdgeSource, HULL, TileId};
 
 /// A border, and what it adds to the tile's entry.

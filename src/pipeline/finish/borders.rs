@@ -6,9 +6,11 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
+use bytes::Bytes;
 use parking_lot::Mutex;
 
 use crate::io::Buffers;
+pub(crate) use crate::memory::shortage::MemoryUse;
 use crate::pipeline::conquer::conquest::Conquest;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::finish::border::{Border, TileRegions, assemble};
@@ -16,7 +18,7 @@ use crate::pipeline::finish::border_mesh::BorderMesh;
 use crate::pipeline::finish::regions::{RegionFinder, Regions, TileLinks};
 use crate::pipeline::output::border_log::{BorderLog, GroupBorders};
 use crate::pipeline::output::ordered::{Closed, Ordered};
-use crate::pipeline::output::writer::{Extent, Sender};
+use crate::pipeline::output::writer::{Sender, ToWrite};
 use crate::pipeline::records::{GENERATION, Nexts, TileState};
 use crate::pipeline::threads::on_threads;
 use crate::store::{Component, TileId, by_tile};
@@ -63,8 +65,15 @@ pub(crate) fn write_borders(
                 ..RegionTotals::default()
             }),
     );
+    let assembling = Assembling {
+        conquest,
+        regions,
+        seeded,
+        is_whole,
+        totals,
+    };
     let borders = Ordered::new(0, 2 * threads as u32, |_, border| {
-        sender.blocking_send(Extent::Border(border)).map_err(|_| Closed)
+        sender.blocking_send(ToWrite::Border(border)).map_err(|_| Closed)
     });
     for number in 0..log.group_count() {
         let _span = tracing::debug_span!("borders", group = number).entered();
@@ -72,15 +81,44 @@ pub(crate) fn write_borders(
             return Err(BuildError::Cancelled);
         }
         let cannot = |error| BuildError::io(&conquest.spill, "read the border log in", error);
-        let Group { borders: group, meshes } = match kept.pop_front() {
+        let group = match kept.pop_front() {
             Some(group) => {
                 log.forget_group(number);
                 group
             }
             None => Group::of(log.take_group(number).map_err(cannot)?, tiles, &nexts, threads)?,
         };
-        let states = &mut tiles[group.tiles().start as usize..group.tiles().end as usize];
-        let next = Mutex::new(group.tiles().zip(states).zip(&meshes));
+        assembling.group(&group, tiles, threads, &borders)?;
+    }
+    Ok(assembling.totals.into_inner())
+}
+
+/// Borders that are put together.
+struct Assembling<'a> {
+    conquest: &'a Conquest,
+    regions: Option<Regions>,
+    seeded: Seeded,
+    /// Whether all segments are in.
+    is_whole: bool,
+    totals: Mutex<RegionTotals>,
+}
+
+impl Assembling<'_> {
+    /// Assembles the borders of a group, on several threads.
+    fn group<F>(
+        &self,
+        group: &Group,
+        tiles: &mut [TileState],
+        threads: usize,
+        borders: &Ordered<Bytes, F>,
+    ) -> Result<(), BuildError>
+    where
+        F: FnMut(u32, Bytes) -> Result<(), Closed> + Send,
+    {
+        let progress = &self.conquest.options.progress;
+        let range = group.borders.tiles();
+        let states = &mut tiles[range.start as usize..range.end as usize];
+        let next = Mutex::new(range.zip(states).zip(&group.meshes));
         let buffers = Buffers::default();
         let work = || {
             loop {
@@ -92,21 +130,7 @@ pub(crate) fn write_borders(
                     return;
                 }
                 let tile = TileId(number);
-                let its_regions = regions.as_ref().map(|all| TileRegions {
-                    all,
-                    seeded: seeded.of_tile(tile),
-                });
-                let mut border = assemble(tile, state, &group, mesh, its_regions);
-                if !is_whole {
-                    // Components of the core must be there; what they are is found out when all lines are in.
-                    border.draft.regions = vec![Component::default(); state.components as usize];
-                }
-                take(state, &border);
-                {
-                    let mut totals = totals.lock();
-                    totals.hole_regions += border.closed_holes;
-                    totals.hole_triangles += border.hole_triangles;
-                }
+                let border = self.border(tile, state, group, mesh);
                 let encoded = border.draft.encode(tile, GENERATION, &buffers);
                 if borders.put(number, encoded).is_err() {
                     return;
@@ -114,9 +138,26 @@ pub(crate) fn write_borders(
                 progress.advance(1, u64::from(state.vertices));
             }
         };
-        on_threads(threads, work, || borders.close())?;
+        on_threads(threads, work, || borders.close())
     }
-    Ok(totals.into_inner())
+
+    /// Assembles the border of a tile, and adds it to the totals.
+    fn border(&self, tile: TileId, state: &mut TileState, group: &Group, mesh: &BorderMesh) -> Border {
+        let its_regions = self.regions.as_ref().map(|all| TileRegions {
+            all,
+            seeded: self.seeded.of_tile(tile),
+        });
+        let mut border = assemble(tile, state, &group.borders, mesh, its_regions);
+        if !self.is_whole {
+            // Components of the core must be there; what they are is found out when all lines are in.
+            border.draft.regions = vec![Component::default(); state.components as usize];
+        }
+        take(state, &border);
+        let mut totals = self.totals.lock();
+        totals.hole_regions += border.closed_holes;
+        totals.hole_triangles += border.hole_triangles;
+        border
+    }
 }
 
 /// What the border log has of a group of tiles, and what lies around each of these.
@@ -194,10 +235,10 @@ fn find_regions(
 ) -> Result<Regions, BuildError> {
     let late = log.triangle_count();
     let open: u64 = tiles.iter().map(|tile| u64::from(tile.open_components)).sum();
-    let (needed, budget) = (RegionFinder::BYTES * (late + open), conquest.options.memory);
+    let (needed, budget) = (RegionFinder::BYTES * (late + open), conquest.memory.rest());
     let finder = RegionFinder::new(late, tiles, conquest.holes).filter(|_| needed <= budget);
     let Some(mut finder) = finder else {
-        return Err(BuildError::Regions { needed, budget });
+        return Err(conquest.memory.shortage_of_rest(MemoryUse::Regions, needed).into());
     };
     // The first groups need not be read again, as long as there is memory for them.
     let (mut kept_bytes, room) = (0, (budget - needed) / 2);

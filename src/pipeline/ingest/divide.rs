@@ -168,7 +168,7 @@ fn cut(items: &mut [Item], tile_vertices: usize) -> Option<(Axis, f64, usize)> {
 mod tests {
     use super::*;
     use crate::geometry::Point;
-    use crate::store::cell_index::CellIndex;
+    use crate::store::format::cell_index::CellIndex;
     use proptest::prelude::*;
 
     proptest! {

@@ -1,42 +1,29 @@
 //! Where points go as they come: to memory as long as they fit, then to runs on disk, on a thread of its own.
 
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 use std::thread;
 
 use tokio::sync::{mpsc, oneshot};
 
+use crate::constraints::error::ConstraintError;
 use crate::geometry::{Point, Rect};
 use crate::input::PointBatch;
 use crate::io::start_thread;
+use crate::memory::{Load, Shares};
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::point_store::PointStore;
 use crate::pipeline::ingest::spill;
 use crate::pipeline::ingest::spill::Spill;
-use crate::pipeline::ingest::spill::plan::Plan;
 use crate::pipeline::ingest::spill::resplit::{Limits, plan_blocks};
-use crate::pipeline::ingest::spill::run::Run;
-use crate::pipeline::memory;
-use crate::pipeline::memory::{Load, Shares};
-use crate::pipeline::options::{BuildOptions, DuplicateRule};
+use crate::pipeline::options::DuplicateRule;
+use crate::pipeline::plan::{Plan, Run};
 use crate::pipeline::resume::journal::SavedPlan;
-use crate::pipeline::work_folder::WorkFolder;
+use crate::pipeline::terms::Terms;
 use crate::store::KdTree;
 
 /// Batches that wait for the thread that distributes them.
 const BATCHES_AHEAD: usize = 4;
-
-/// What is known of a build before its points come.
-#[derive(Clone, Debug)]
-pub(crate) struct Terms {
-    pub(crate) options: Arc<BuildOptions>,
-    pub(crate) folder: Arc<WorkFolder>,
-    /// From this record number on points are ends of segments, or sites; it is known once all others have come.
-    pub(crate) first_end: Arc<AtomicU64>,
-    /// Segments that came.
-    pub(crate) segments: u64,
-}
 
 /// The points so far.
 #[derive(Debug)]
@@ -94,7 +81,7 @@ impl Arrived<'_> {
     }
 
     /// Gives those within a rectangle, and perhaps others.
-    pub(crate) fn for_each(&self, within: Rect, take: &mut dyn FnMut(&[Point])) -> Result<(), BuildError> {
+    pub(crate) fn for_each(&self, within: Rect, take: &mut dyn FnMut(&[Point])) -> Result<(), ConstraintError> {
         match self {
             Self::Memory(store) => {
                 let points = store.items.iter().map(|item| item.point);
@@ -105,7 +92,7 @@ impl Arrived<'_> {
             Self::Runs(folder, runs, _) => runs
                 .iter()
                 .try_for_each(|run| spill::read_points(run, folder, take))
-                .map_err(|error| BuildError::io(folder, "read points in", error)),
+                .map_err(|error| ConstraintError::io(folder, "read points in", error)),
         }
     }
 }
@@ -131,13 +118,13 @@ impl Intake {
             segments: terms.segments,
             has_z: false,
         };
-        if sample.is_empty() || !store.items.is_empty() || memory::points_fit(&terms.options, load) {
+        if sample.is_empty() || !store.items.is_empty() || terms.memory.points_fit(load) {
             return Ok(());
         }
         // What is to come may be told wrong; it decides how finely the plane is cut, nothing else.
-        let shares = memory::shares(&terms.options, load)?;
+        let shares = terms.memory.shares(load)?;
         let cells = points.saturating_mul(4).div_ceil(shares.block_points).min(1 << 16) as usize;
-        let cells = cells.min(memory::most_cells(terms.options.memory));
+        let cells = cells.min(terms.memory.most_cells());
         *self = Self::Spilling(Spilling::start(PointStore::default(), &sample, cells, terms)?);
         Ok(())
     }
@@ -158,14 +145,14 @@ impl Intake {
                 segments: terms.segments,
                 has_z: store.attributes.has_z(),
             };
-            if memory::fits(&terms.options, load, store.byte_size()) {
+            if terms.memory.fits(load, store.byte_size()) {
                 return Ok(());
             }
         }
         let store = std::mem::take(store);
         let step = store.items.len().div_ceil(spill::SAMPLE).max(1);
         let sample: Vec<Point> = store.items.iter().step_by(step).map(|item| item.point).collect();
-        let cells = memory::most_cells(terms.options.memory);
+        let cells = terms.memory.most_cells();
         let mut spilling = Spilling::start(store, &sample, cells, terms)?;
         if !room {
             spilling.push(batch).await?;
@@ -202,7 +189,7 @@ impl Spilling {
         let (batches, incoming) = mpsc::channel(BATCHES_AHEAD);
         let (reply, plan) = oneshot::channel::<Result<Plan, BuildError>>();
         let path = terms.folder.spill().to_owned();
-        let mut spill = Spill::new(&path, sample, cells, memory::run_buffers(terms.options.memory), 0);
+        let mut spill = Spill::new(&path, sample, cells, terms.memory.run_buffers(), 0);
         let terms = terms.clone();
         let work = move || {
             let pushed = spill.push_store(&store);
@@ -304,11 +291,11 @@ fn distribute(
         segments: terms.segments,
         has_z: spilled.has_z,
     };
-    let Shares { block_points, .. } = memory::shares(options, load)?;
+    let Shares { block_points, .. } = terms.memory.shares(load)?;
     let limits = Limits {
         block_points,
-        cells: memory::most_cells(options.memory),
-        buffers: memory::run_buffers(options.memory),
+        cells: terms.memory.most_cells(),
+        buffers: terms.memory.run_buffers(),
     };
     let rule = DuplicateRule {
         duplicates: options.duplicates,

@@ -4,7 +4,7 @@
 //! has none is [`NO_Z`]. Of several at one place the [rule](DuplicateRule) says which one the
 //! vertex is; if that one has no z, the vertex has none.
 
-use crate::constraints::segments::segment::Segment;
+use crate::constraints::segment::Segment;
 use crate::constraints::without_z::{VertexWithoutZ, WithoutZ};
 use crate::geometry::Point;
 use crate::pipeline::ingest::point_store::{Attributes, Item};

@@ -1,10 +1,8 @@
 //! Points in memory, from their arrival, or that of their block, until their tile is made.
 
+use crate::constraints::without_z::NO_Z;
 use crate::geometry::Point;
 use crate::input::PointBatch;
-
-use crate::constraints::without_z::NO_Z;
-use crate::pipeline::ingest::spill::run::Record;
 
 /// A point and its place in the arrays of what goes with it.
 ///
@@ -117,4 +115,12 @@ impl Attributes {
     pub(crate) fn record(&self, position: u32) -> u64 {
         self.records.get(position as usize).copied().unwrap_or(position.into())
     }
+}
+
+/// A point with what goes with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Record {
+    pub(crate) point: Point,
+    pub(crate) z: f64,
+    pub(crate) record: u64,
 }

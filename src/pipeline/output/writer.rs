@@ -17,23 +17,23 @@ use tracing::Instrument;
 
 use crate::io::{ThreadsFile, WriteAt, blocking};
 use crate::pipeline::error::BuildError;
-use crate::pipeline::ingest::spill::plan::Block;
+use crate::pipeline::plan::Block;
 use crate::pipeline::records::Seam;
 use crate::pipeline::resume::journal;
 use crate::pipeline::resume::journal::FinishedBlock;
 use crate::pipeline::work_folder::WorkFolder;
-use crate::store::{Directory, Extent as Written, TileWriter};
+use crate::store::{Directory, Extent, TileWriter};
 
 /// What comes to be written.
 #[derive(Debug)]
-pub(crate) enum Extent {
+pub(crate) enum ToWrite {
     Core(Bytes),
     Border(Bytes),
     /// A block is done, but for its cores that may still be on the way.
     Finished(Box<(FinishedBlock, Seam)>),
 }
 
-pub(crate) type Sender = mpsc::Sender<Extent>;
+pub(crate) type Sender = mpsc::Sender<ToWrite>;
 
 /// Bytes of the file between one sync and the next, where there is no journal.
 const SYNC_BYTES: u64 = 32 << 20;
@@ -55,8 +55,8 @@ pub(crate) struct Output {
     writer: TileWriter<ThreadsFile>,
     file: ThreadsFile,
     path: PathBuf,
-    cores: Vec<Written>,
-    borders: Vec<Written>,
+    cores: Vec<Extent>,
+    borders: Vec<Extent>,
     journal: Option<Journal>,
     /// Blocks that are done, by the tile at which they end; not yet in the journal.
     finished: VecDeque<(FinishedBlock, Seam)>,
@@ -75,7 +75,7 @@ impl Output {
     pub(crate) fn new(
         file: ThreadsFile,
         path: PathBuf,
-        cores: Vec<Written>,
+        cores: Vec<Extent>,
         journal: Option<Journal>,
         next_block: u32,
     ) -> Self {
@@ -100,7 +100,7 @@ impl Output {
     }
 
     /// Writes all that comes.
-    pub(crate) async fn write_all(&mut self, mut extents: mpsc::Receiver<Extent>) -> Result<(), BuildError> {
+    pub(crate) async fn write_all(&mut self, mut extents: mpsc::Receiver<ToWrite>) -> Result<(), BuildError> {
         while let Some(extent) = extents.recv().await {
             let span = tracing::trace_span!("write");
             let written = self.take(extent).instrument(span).await;
@@ -118,11 +118,11 @@ impl Output {
         self.join_beside().await
     }
 
-    async fn take(&mut self, extent: Extent) -> io::Result<()> {
+    async fn take(&mut self, extent: ToWrite) -> io::Result<()> {
         match extent {
-            Extent::Core(bytes) => self.cores.push(self.writer.append_core(&bytes).await?),
-            Extent::Border(bytes) => self.borders.push(self.writer.append_border(&bytes).await?),
-            Extent::Finished(block) => {
+            ToWrite::Core(bytes) => self.cores.push(self.writer.append_core(&bytes).await?),
+            ToWrite::Border(bytes) => self.borders.push(self.writer.append_border(&bytes).await?),
+            ToWrite::Finished(block) => {
                 let place = self.finished.partition_point(|other| other.0.number < block.0.number);
                 self.finished.insert(place, *block);
             }
@@ -204,7 +204,7 @@ impl Output {
     }
 
     /// The extents of cores and borders.
-    pub(crate) fn extents(&self) -> (&[Written], &[Written]) {
+    pub(crate) fn extents(&self) -> (&[Extent], &[Extent]) {
         (&self.cores, &self.borders)
     }
 

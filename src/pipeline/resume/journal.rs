@@ -15,8 +15,7 @@ use std::{fs, io};
 
 use crate::geometry::Point;
 use crate::pipeline::error::BuildError;
-use crate::pipeline::ingest::spill::plan::{Block, Plan};
-use crate::pipeline::ingest::spill::run::Run;
+use crate::pipeline::plan::{Block, Plan, Run};
 use crate::pipeline::records::{BlockFound, Description, GroupChunks, Pending, Seam, SeamVertex, TileState};
 use crate::pipeline::resume::codec::{Decoder, Encoder};
 use crate::pipeline::summary::LevelSummary;

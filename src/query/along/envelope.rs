@@ -6,7 +6,7 @@
 
 use super::line::Line;
 use crate::geometry::Point;
-use crate::query::wave::distance;
+use crate::query::answer::distance;
 
 /// Distances that differ by less than this part of them count as equal.
 const TIE: f64 = 1e-12;
@@ -15,7 +15,7 @@ const SHORT: f64 = 1e-15;
 
 /// A range of the line, seen from a root.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Arc {
+pub(crate) struct Arc {
     /// The site that it leads to, by its place in a list.
     pub(super) site: usize,
     /// The number of the root, in the search for this site.
@@ -28,7 +28,7 @@ pub(super) struct Arc {
 
 /// A range of the line with its nearest sites, and their distances at its start and at its end.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Span {
+pub(crate) struct Span {
     pub(super) range: [f64; 2],
     pub(super) sites: Vec<(usize, [f64; 2])>,
 }
@@ -40,7 +40,7 @@ impl Arc {
 }
 
 /// Joins arcs of one root and site that meet end to end.
-pub(super) fn joined(mut arcs: Vec<Arc>) -> Vec<Arc> {
+pub(crate) fn joined(mut arcs: Vec<Arc>) -> Vec<Arc> {
     arcs.sort_by(|a, b| {
         (a.site, a.root)
             .cmp(&(b.site, b.root))
@@ -59,7 +59,7 @@ pub(super) fn joined(mut arcs: Vec<Arc>) -> Vec<Arc> {
 }
 
 /// The `k` nearest sites along a range of the line; `order` ranks sites that are equally far away.
-pub(super) fn nearest(line: Line, run: [f64; 2], arcs: &[Arc], k: usize, order: &[u64]) -> Vec<Span> {
+pub(crate) fn nearest(line: Line, run: [f64; 2], arcs: &[Arc], k: usize, order: &[u64]) -> Vec<Span> {
     let clipped = |arc: &Arc| [arc.range[0].max(run[0]), arc.range[1].min(run[1])];
     let mut cuts: Vec<f64> = arcs.iter().flat_map(clipped).chain(run).collect();
     cuts.retain(|t| (run[0]..=run[1]).contains(t));

@@ -6,23 +6,21 @@
 
 use foldhash::HashMap;
 
-use crate::geometry::{Orientation, Point, orient2d, segment_meets};
-use crate::query::QueryError;
-use crate::query::explored::key;
-use crate::query::star::next;
-use crate::query::tiles::Tiles;
+use crate::geometry::{HalfEdge, Orientation, Point, orient2d, segment_meets};
+use crate::query::answer::distance;
+use crate::query::request::{QueryError, Tiles, key};
 use crate::store::{Across, Tile, TileId};
 
 /// A line from a point to another one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
+pub(crate) struct Line {
     pub(super) from: Point,
     pub(super) to: Point,
 }
 
 /// What the line passes: a closed triangle, or what lies outside the hull.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Piece {
+pub(crate) struct Piece {
     /// From where to where.
     pub(super) range: [f64; 2],
     /// None: it lies outside.
@@ -33,7 +31,7 @@ pub(super) struct Piece {
 
 /// All that the line passes.
 #[derive(Debug, Default)]
-pub(super) struct Passed {
+pub(crate) struct Passed {
     /// Where one may be.
     pub(super) free: Vec<Piece>,
     /// Places at which something may block the way along the line.
@@ -43,7 +41,7 @@ pub(super) struct Passed {
 }
 
 /// The mean of some points.
-pub(super) fn middle(points: &[Point]) -> Point {
+pub(crate) fn middle(points: &[Point]) -> Point {
     let part = 1.0 / points.len() as f64;
     let sum = |of: fn(&Point) -> f64| points.iter().map(|p| of(p) * part).sum();
     Point::new(sum(|p| p.x), sum(|p| p.y))
@@ -52,7 +50,7 @@ pub(super) fn middle(points: &[Point]) -> Point {
 impl Line {
     /// How long it is.
     pub(super) fn length(self) -> f64 {
-        crate::query::wave::distance(self.from, self.to)
+        distance(self.from, self.to)
     }
 
     /// The point at a place.
@@ -153,17 +151,17 @@ impl Line {
         let is_on = turns.map(|turn| turn == Orientation::Collinear);
         let mut places = Vec::new();
         for s in 0..3 {
-            let (e, side) = ((s + 1) % 3, 3 * triangle + s as u32);
+            let (e, side) = ((s + 1) % 3, HalfEdge::new(triangle, s as u32));
             if is_on[s] {
                 places.push(self.place(corners[s]));
             }
             let crosses = !is_on[s] && !is_on[e] && turns[s] != turns[e];
             if crosses && let Some(t) = self.crossing(corners[s], corners[e]) {
                 places.push(t);
-                if tile.is_constraint(side) {
+                if tile.is_constraint(side.0) {
                     passed.breaks.push(t);
                 }
-            } else if tile.is_constraint(side) {
+            } else if tile.is_constraint(side.0) {
                 let ends = [s, e].into_iter().filter(|&end| is_on[end]);
                 passed.breaks.extend(ends.map(|end| self.place(corners[end])));
             }
@@ -185,10 +183,10 @@ impl Line {
             passed.push(range, Some(corners), along.map(|_| inside));
         }
         if let Some(s) = along {
-            let side = 3 * triangle + s as u32;
-            let is_on_hull = tile.across(side) == Across::Hull;
+            let side = HalfEdge::new(triangle, s as u32);
+            let is_on_hull = tile.across(side.0) == Across::Hull;
             if is_on_hull && outside_is_free {
-                let edge = middle(&[side, next(side)].map(|side| tile.corner(tile.origin(side))));
+                let edge = middle(&[side, side.next()].map(|side| tile.corner(tile.origin(side.0))));
                 let mirrored = Point::new(2.0 * edge.x - inside.x, 2.0 * edge.y - inside.y);
                 passed.push(range, None, Some(mirrored));
             }

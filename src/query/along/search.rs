@@ -2,15 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use super::SiteAlong;
 use super::envelope::Arc;
-use super::line::{self, Line, Passed};
+use super::interval::SiteAlong;
+use super::line::{Line, Passed};
 use crate::geometry::Point;
-use crate::query::place::Place;
-use crate::query::proximity::Run;
-use crate::query::tiles::Tiles;
-use crate::query::wave::{Goal, Part, Places, Shape, What, distance};
-use crate::query::{QueryError, QueryOptions};
+use crate::query::along::line;
+use crate::query::answer::distance;
+use crate::query::free_space::Place;
+use crate::query::request::{QueryError, QueryOptions, Tiles};
+use crate::query::wavefront::{Goal, Part, Places, Run, Shape, What};
 use crate::store::{Vertex, VertexId};
 
 /// A stretch is not halved any more after so many times.
@@ -21,13 +21,13 @@ const ASIDE: f64 = 1e-6;
 const SLACK: f64 = 1.0 + 1e-9;
 
 /// A vertex with sites that may count, and how far from it that matters.
-pub(super) struct Candidate {
+pub(crate) struct Candidate {
     pub(super) vertex: Vertex,
     pub(super) sites: Vec<(u64, Option<String>)>,
     pub(super) limit: f64,
 }
 
-pub(super) type Candidates = BTreeMap<VertexId, Candidate>;
+pub(crate) type Candidates = BTreeMap<VertexId, Candidate>;
 
 fn take(candidates: &mut Candidates, found: Candidate) {
     let known = candidates.entry(found.vertex.id).or_insert_with(|| Candidate {
@@ -45,7 +45,7 @@ fn take(candidates: &mut Candidates, found: Candidate) {
 
 /// A part of the line that nothing blocks.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stretch {
+pub(crate) struct Stretch {
     pub(super) range: [f64; 2],
     /// How often it was halved.
     depth: u32,
@@ -68,7 +68,7 @@ impl Stretch {
 }
 
 /// The searches for a line, one after the other.
-pub(super) struct Search {
+pub(crate) struct Search {
     tiles: Option<Tiles>,
     options: QueryOptions,
     pub(super) line: Line,

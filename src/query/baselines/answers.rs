@@ -4,14 +4,12 @@ use super::asked::{Asked, Wanted};
 use super::local::{Gathered, Reached};
 use super::statistics::{Clock, Measured, Statistics};
 use super::stretch::Stretch;
-use super::{visibility, wave, xia, zhang};
 use crate::geometry::Point;
-use crate::query::place::Place;
-use crate::query::proximity::{Distance, PathOutcome, SiteFound};
+use crate::query::answer::{Distance, PathOutcome, SiteFound, distance};
+use crate::query::baselines::{visibility, wave, xia, zhang};
+use crate::query::free_space::Place;
+use crate::query::request::{QueryError, QueryOptions, Tiles};
 use crate::query::route;
-use crate::query::tiles::Tiles;
-use crate::query::wave::distance;
-use crate::query::{QueryError, QueryOptions};
 use crate::store::TileReader;
 
 /// How distances among obstacles are found. The answers are the same.

@@ -4,9 +4,8 @@ use foldhash::{HashSet, HashSetExt};
 
 use super::statistics::{Clock, Statistics};
 use crate::query::edges::BreakLines;
-use crate::query::place::Place;
-use crate::query::tiles::Tiles;
-use crate::query::{QueryError, QueryOptions};
+use crate::query::free_space::Place;
+use crate::query::request::{QueryError, QueryOptions, Tiles};
 use crate::store::{TileReader, VertexId};
 
 /// Which sites are wanted.

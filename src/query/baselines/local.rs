@@ -6,9 +6,9 @@ use super::asked::Asked;
 use super::graph::{LocalGraph, Search};
 use super::obstacles::ObstacleEdge;
 use crate::geometry::Point;
-use crate::query::QueryError;
-use crate::query::place::{Place, Spot};
-use crate::query::route::WayPoint;
+use crate::query::answer::WayPoint;
+use crate::query::free_space::{Place, Spot};
+use crate::query::request::QueryError;
 use crate::store::{Vertex, VertexId};
 
 /// A vertex with sites.

@@ -9,13 +9,10 @@ use std::sync::Arc;
 use foldhash::{HashSet, HashSetExt};
 
 use super::obstacles::ObstacleEdge;
-use crate::geometry::{Orientation, Point, orient2d};
-use crate::query::QueryError;
-use crate::query::ground::{Ground, Wedge};
-use crate::query::place::{Place, Spot, nearest_on};
-use crate::query::star::next;
-use crate::query::tiles::Tiles;
-use crate::query::wave::distance;
+use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::query::answer::distance;
+use crate::query::free_space::{Ground, Place, Spot, Wedge, nearest_on};
+use crate::query::request::{Contradiction, QueryError, Tiles};
 use crate::store::{Across, Tile, TileId, Vertex, VertexId};
 
 /// What things are near to.
@@ -58,9 +55,9 @@ fn meet([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Thing {
     /// What lies beyond a side of a tile's triangle.
-    Beyond(TileId, u32),
+    Beyond(TileId, HalfEdge),
     /// The triangle of a side, from outside the hull.
-    Into(TileId, u32),
+    Into(TileId, HalfEdge),
     Vertex(VertexId),
 }
 
@@ -104,20 +101,17 @@ impl Nearby {
             Spot::Edge { ends: [a, b] } => {
                 for [from, to] in [[a, b], [b, a]] {
                     if let Some((tile, side)) = tiles.side_between(from.id, to.id).await? {
-                        this.take(&tile, side / 3);
+                        this.take(&tile, side.triangle());
                     }
                 }
             }
             Spot::Vertex(vertex) => {
                 let tile = this.tile(tiles, vertex.id.tile).await?;
-                let ground = Ground {
-                    tile: &tile,
-                    outside_is_free: tiles.outside_is_free(),
-                };
-                let wedges = ground.wedges(vertex.id.index);
-                for wedge in wedges.map_err(|reason| tiles.damaged(tile.id(), reason))? {
+                let ground = Ground::of(tiles, &tile);
+                let wedges = tiles.checked(tile.id(), ground.wedges(vertex.id.index))?;
+                for wedge in wedges {
                     if let Wedge::Triangle(side) = wedge {
-                        this.take(&tile, side / 3);
+                        this.take(&tile, side.triangle());
                     }
                 }
             }
@@ -132,11 +126,8 @@ impl Nearby {
 
     async fn tile(&self, tiles: &mut Tiles, id: TileId) -> Result<Arc<Tile>, QueryError> {
         let tile = tiles.get(id).await?;
-        let ground = Ground {
-            tile: &tile,
-            outside_is_free: tiles.outside_is_free(),
-        };
-        if ground.marks().has_break_lines {
+        let ground = Ground::of(tiles, &tile);
+        if ground.has_break_lines() {
             return Err(tiles.break_lines());
         }
         Ok(tile)
@@ -162,7 +153,7 @@ impl Nearby {
                 }
                 Thing::Into(id, side) => {
                     let tile = self.tile(tiles, id).await?;
-                    self.take(&tile, side / 3);
+                    self.take(&tile, side.triangle());
                     (Some(tiles.outside_is_free()), (tile, side))
                 }
                 Thing::Beyond(id, side) => (None, (self.tile(tiles, id).await?, side)),
@@ -172,10 +163,10 @@ impl Nearby {
                 Some(is_free) => is_free,
                 None => self.enter_beyond(tiles, &tile, side).await?,
             };
-            if tile.is_wall(side) {
+            if tile.is_wall(side.0) {
                 return Ok(Some(Met::Edge(ObstacleEdge {
-                    ends: tile.ends(side),
-                    free: [!tile.is_hole(side / 3), beyond],
+                    ends: tile.ends(side.0),
+                    free: [!tile.is_hole(side.triangle()), beyond],
                 })));
             }
         }
@@ -183,19 +174,19 @@ impl Nearby {
     }
 
     /// Enters what lies beyond a side, and says whether it is free.
-    async fn enter_beyond(&mut self, tiles: &mut Tiles, tile: &Arc<Tile>, side: u32) -> Result<bool, QueryError> {
-        let beyond = match tile.across(side) {
-            Across::Side(other) => Some((Arc::clone(tile), other)),
+    async fn enter_beyond(&mut self, tiles: &mut Tiles, tile: &Arc<Tile>, side: HalfEdge) -> Result<bool, QueryError> {
+        let beyond = match tile.across(side.0) {
+            Across::Side(other) => Some((Arc::clone(tile), HalfEdge(other))),
             Across::Hull => None,
             Across::Elsewhere => {
-                let [from, to] = tile.ends(side).map(|end| end.id);
+                let [from, to] = tile.ends(side.0).map(|end| end.id);
                 tiles.side_between(to, from).await?
             }
         };
         Ok(match beyond {
             Some((tile, side)) => {
-                self.take(&tile, side / 3);
-                !tile.is_hole(side / 3)
+                self.take(&tile, side.triangle());
+                !tile.is_hole(side.triangle())
             }
             None => tiles.outside_is_free(),
         })
@@ -208,10 +199,10 @@ impl Nearby {
 
     /// Puts what belongs to a triangle in the queue.
     fn take(&mut self, tile: &Tile, triangle: u32) {
-        for side in 3 * triangle..3 * triangle + 3 {
+        for side in HalfEdge::of_triangle(triangle) {
             self.push_side(tile, side, Thing::Beyond(tile.id(), side));
             if let Center::Point(center) = self.center {
-                let corner = tile.vertex(tile.origin(side));
+                let corner = tile.vertex(tile.origin(side.0));
                 if self.vertices.insert(corner.id) {
                     let far = distance(corner.point, center);
                     self.open.push(Reverse((far.to_bits(), Thing::Vertex(corner.id))));
@@ -220,14 +211,14 @@ impl Nearby {
         }
     }
 
-    fn push_side(&mut self, tile: &Tile, side: u32, thing: Thing) {
-        let ends = [side, next(side)].map(|side| tile.vertex(tile.origin(side)));
+    fn push_side(&mut self, tile: &Tile, side: HalfEdge, thing: Thing) {
+        let ends = [side, side.next()].map(|side| tile.vertex(tile.origin(side.0)));
         let [a, b] = ends.map(|end| end.id);
         let key = if a < b { [a, b] } else { [b, a] };
         if !self.edges.insert(key) {
             return;
         }
-        if tile.is_wall(side) {
+        if tile.is_wall(side.0) {
             self.walls.push(key);
         }
         let far = self.center.distance(ends.map(|end| end.point));
@@ -248,15 +239,11 @@ impl Nearby {
         for _ in 0..=tiles.hull_edges() {
             let tile = self.tile(tiles, vertex.tile).await?;
             if vertex.index >= tile.vertex_count() {
-                return Err(tiles.damaged(vertex.tile, format!("there is no vertex {}", vertex.index)));
+                return Err(tiles.damaged(vertex.tile, Contradiction::NoVertex(vertex.index)));
             }
-            let ground = Ground {
-                tile: &tile,
-                outside_is_free: tiles.outside_is_free(),
-            };
-            let edge = ground.along_hull(vertex.index, forward);
-            let edge = edge.map_err(|reason| tiles.damaged(vertex.tile, reason))?;
-            let [from, to] = tile.ends(edge);
+            let ground = Ground::of(tiles, &tile);
+            let edge = tiles.checked(vertex.tile, ground.along_hull(vertex.index, forward))?;
+            let [from, to] = tile.ends(edge.0);
             if orient2d(from.point, to.point, at) != Orientation::Clockwise {
                 break;
             }

@@ -1,7 +1,7 @@
 //! Obstacle edges: the pieces of walls and of the boundaries of holes, as tiles have them.
 
-use crate::query::ground::{Ground, Wedge};
-use crate::query::star::previous;
+use crate::query::free_space::{Ground, Wedge};
+use crate::query::request::Contradiction;
 use crate::store::{Vertex, VertexId};
 
 /// A constraint edge that blocks the way.
@@ -21,19 +21,23 @@ impl ObstacleEdge {
 }
 
 /// Takes all obstacle edges at a vertex of the tile.
-pub(super) fn edges_at(ground: Ground<'_>, vertex: u32, mut take: impl FnMut(ObstacleEdge)) -> Result<(), String> {
+pub(super) fn edges_at(
+    ground: Ground<'_>,
+    vertex: u32,
+    mut take: impl FnMut(ObstacleEdge),
+) -> Result<(), Contradiction> {
     let is_free = |wedge: Wedge| match wedge {
-        Wedge::Triangle(side) => ground.is_free(side / 3),
+        Wedge::Triangle(side) => ground.is_free(side.triangle()),
         Wedge::Outside => ground.outside_is_free,
     };
     let wedges = ground.wedges(vertex)?;
     for (place, &right) in wedges.iter().enumerate() {
         let left = wedges[(place + 1) % wedges.len()];
         let edge = match right {
-            Wedge::Triangle(side) => previous(side),
+            Wedge::Triangle(side) => side.prev(),
             Wedge::Outside => ground.first(vertex)?,
         };
-        if ground.tile.is_wall(edge) {
+        if ground.tile.is_wall(edge.0) {
             let to = ground.neighbours(vertex, right)?[1];
             take(ObstacleEdge {
                 ends: [vertex, to].map(|end| ground.tile.vertex(end)),

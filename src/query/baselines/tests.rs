@@ -2,13 +2,13 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::answers::*;
-use super::asked::Wanted;
-use super::stretch::Stretch;
 use crate::geometry::Point;
 use crate::input::{PointBatch, SiteBatch, SiteId};
 use crate::pipeline::{BuildOptions, Builder};
 use crate::query::QueryOptions;
+use crate::query::baselines::answers::*;
+use crate::query::baselines::asked::Wanted;
+use crate::query::baselines::stretch::Stretch;
 use crate::store::{OpenOptions, TileReader};
 
 /// 74 points on whose Delaunay triangulation the way from the first to that of number 37 is 1.5754 times as long as the straight one.

@@ -25,11 +25,10 @@ use super::local::{Local, Reached};
 use super::nearby::distance_of_segment;
 use super::obstacles::{ObstacleEdge, edges_at};
 use super::stretch::Stretch;
-use crate::query::QueryError;
+use crate::query::answer::distance;
 use crate::query::edges::{Corner, EdgeRun, Within};
-use crate::query::ground::Ground;
-use crate::query::place::{Place, Spot};
-use crate::query::wave::distance;
+use crate::query::free_space::{Ground, Place, Spot};
+use crate::query::request::{Contradiction, QueryError};
 use crate::store::{Tile, Vertex, VertexId};
 
 /// Sums of lengths may be less than they are by no more than this part.
@@ -56,7 +55,7 @@ impl Collected {
     }
 
     /// Notes the sites and edges at a vertex of a tile.
-    fn take(&mut self, tile: &Tile, vertex: VertexId, length: f64, outside_is_free: bool) -> Result<(), String> {
+    fn take(&mut self, tile: &Tile, vertex: VertexId, length: f64, outside_is_free: bool) -> Result<(), Contradiction> {
         if !self.met.insert(vertex) {
             return Ok(());
         }
@@ -230,9 +229,9 @@ async fn corners(asked: &mut Asked) -> Result<Vec<Corner>, QueryError> {
             };
             for [from, to] in [[a, b], [b, a]] {
                 match asked.tiles.side_between(from.id, to.id).await? {
-                    Some((tile, side)) if tile.is_hole(side / 3) => {}
+                    Some((tile, side)) if tile.is_hole(side.triangle()) => {}
                     Some((tile, side)) => {
-                        let vertices = tile.vertices(side / 3);
+                        let vertices = tile.vertices(side.triangle());
                         if let Some(place) = vertices.iter().position(|vertex| vertex.id == corner.id) {
                             add(corner, Within::RightOf(vertices[(place + 2) % 3].id));
                         }
@@ -247,7 +246,7 @@ async fn corners(asked: &mut Asked) -> Result<Vec<Corner>, QueryError> {
             for id in edge {
                 let tile = asked.tiles.get(id.tile).await?;
                 if id.index >= tile.vertex_count() {
-                    return Err(asked.tiles.damaged(id.tile, format!("there is no vertex {}", id.index)));
+                    return Err(asked.tiles.damaged(id.tile, Contradiction::NoVertex(id.index)));
                 }
                 ends.push(tile.vertex(id.index));
             }

@@ -6,12 +6,10 @@ use super::asked::Wanted;
 use super::obstacles::edges_at;
 use super::statistics::{Clock, Measured, Statistics};
 use crate::geometry::Point;
-use crate::query::ground::Ground;
-use crate::query::place::Place;
-use crate::query::proximity::{Distance, PathOutcome, Run, SiteFound};
-use crate::query::tiles::Tiles;
-use crate::query::wave::{Goal, Places, What};
-use crate::query::{QueryError, QueryOptions};
+use crate::query::answer::{Distance, PathOutcome, SiteFound};
+use crate::query::free_space::{Ground, Place};
+use crate::query::request::{QueryError, QueryOptions, Tiles};
+use crate::query::wavefront::{Goal, Places, Run, What};
 use crate::store::{TileReader, VertexId};
 
 /// What a run has cost.
@@ -30,10 +28,7 @@ async fn cost(reader: &TileReader, run: &Run, clock: Clock, candidates: usize) -
     let mut edges = HashSet::new();
     for of_tile in reached.chunk_by(|a, b| a.tile == b.tile) {
         let tile = reader.tile(of_tile[0].tile).await?;
-        let ground = Ground {
-            tile: &tile,
-            outside_is_free: run.tiles.outside_is_free(),
-        };
+        let ground = Ground::of(&run.tiles, &tile);
         for vertex in of_tile {
             let found = edges_at(ground, vertex.index, |edge| {
                 edges.insert(edge.key());

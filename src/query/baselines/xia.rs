@@ -15,9 +15,9 @@ use super::local::{Local, Reached};
 use super::nearby::{Center, Met, Nearby, distance_of_segment};
 use super::obstacles::{ObstacleEdge, edges_at};
 use crate::geometry::Point;
-use crate::query::ground::Ground;
-use crate::query::place::Place;
-use crate::query::{Near, QueryError};
+use crate::query::euclidean::Near;
+use crate::query::free_space::{Ground, Place};
+use crate::query::request::{Contradiction, QueryError};
 use crate::store::Vertex;
 
 /// Sites as the crow flies, nearest first.
@@ -113,13 +113,10 @@ async fn add_boundary(asked: &mut Asked, local: &mut Local, edge: ObstacleEdge, 
         }
         let tile = asked.tiles.get(vertex.id.tile).await?;
         if vertex.id.index >= tile.vertex_count() {
-            let reason = format!("there is no vertex {}", vertex.id.index);
+            let reason = Contradiction::NoVertex(vertex.id.index);
             return Err(asked.tiles.damaged(tile.id(), reason));
         }
-        let ground = Ground {
-            tile: &tile,
-            outside_is_free: asked.tiles.outside_is_free(),
-        };
+        let ground = Ground::of(&asked.tiles, &tile);
         let mut edges = Vec::new();
         let found = edges_at(ground, vertex.id.index, |edge| edges.push(edge));
         found.map_err(|reason| asked.tiles.damaged(tile.id(), reason))?;

@@ -10,9 +10,9 @@
 use super::asked::{Asked, Wanted};
 use super::local::{Gathered, Local, Reached};
 use super::nearby::{Center, Met, Nearby};
-use crate::query::QueryError;
-use crate::query::place::Place;
-use crate::query::wave::distance;
+use crate::query::answer::distance;
+use crate::query::free_space::Place;
+use crate::query::request::QueryError;
 
 /// Things in a disc round the source.
 struct Disc {

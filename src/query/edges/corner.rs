@@ -1,14 +1,14 @@
 //! Triangles by their vertices, whether these are the file's or were put in.
 
-use crate::geometry::Point;
+use crate::geometry::{HalfEdge, Point};
 use crate::store::{Tile, TileId, VertexId};
 
 /// The tile that points which were put in have in place of one.
-pub(super) const PUT_IN: TileId = TileId(u32::MAX);
+pub(crate) const PUT_IN: TileId = TileId(u32::MAX);
 
 /// Where one is, at a vertex: in a wedge of the file, which tells the sector, or in a sector of a point that was put in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::query) enum Within {
+pub(crate) enum Within {
     /// That of the file's triangle on the right of the edge to this vertex.
     RightOf(VertexId),
     /// The outside.
@@ -19,10 +19,10 @@ pub(in crate::query) enum Within {
 
 /// A vertex, in one of its wedges.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::query) struct Corner {
-    pub(in crate::query) vertex: VertexId,
-    pub(in crate::query) point: Point,
-    pub(in crate::query) within: Within,
+pub(crate) struct Corner {
+    pub(crate) vertex: VertexId,
+    pub(crate) point: Point,
+    pub(crate) within: Within,
 }
 
 impl Corner {
@@ -34,7 +34,7 @@ impl Corner {
 
 /// What a side is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Bar {
+pub(crate) enum Bar {
     /// No constraint.
     Open,
     /// A constraint that one may pass.
@@ -44,8 +44,8 @@ pub(super) enum Bar {
 }
 
 impl Bar {
-    pub(super) fn of(tile: &Tile, side: u32) -> Self {
-        match (tile.is_constraint(side), tile.is_wall(side)) {
+    pub(super) fn of(tile: &Tile, side: HalfEdge) -> Self {
+        match (tile.is_constraint(side.0), tile.is_wall(side.0)) {
             (false, _) => Self::Open,
             (true, false) => Self::Line,
             (true, true) => Self::Wall,
@@ -55,7 +55,7 @@ impl Bar {
 
 /// A side, with what its triangle or the outside has on its left.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Rim {
+pub(crate) struct Rim {
     pub(super) from: Corner,
     pub(super) to: Corner,
     pub(super) bar: Bar,
@@ -69,7 +69,7 @@ impl Rim {
 
 /// A triangle, counter-clockwise, and what its sides are, that from its first to its second corner first.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Face {
+pub(crate) struct Face {
     pub(super) corners: [Corner; 3],
     pub(super) bars: [Bar; 3],
 }
@@ -85,7 +85,7 @@ impl Face {
         };
         Self {
             corners: [corner(0), corner(1), corner(2)],
-            bars: [0, 1, 2].map(|s| Bar::of(tile, 3 * triangle + s)),
+            bars: HalfEdge::of_triangle(triangle).map(|side| Bar::of(tile, side)),
         }
     }
 
@@ -110,6 +110,11 @@ impl Face {
 }
 
 /// The two vertices of an edge, in order.
-pub(super) fn sorted([a, b]: [VertexId; 2]) -> [VertexId; 2] {
+pub(crate) fn sorted([a, b]: [VertexId; 2]) -> [VertexId; 2] {
     if a < b { [a, b] } else { [b, a] }
+}
+
+/// Whether a vertex is a point that was put in.
+pub(crate) fn is_put_in(vertex: VertexId) -> bool {
+    vertex.tile == PUT_IN
 }

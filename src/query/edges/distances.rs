@@ -8,16 +8,16 @@ use futures::stream::Stream;
 use foldhash::HashSet;
 
 use super::corner::PUT_IN;
-use super::{EdgeRun, NO_NODE};
+use super::run::EdgeRun;
 use crate::geometry::Point;
-use crate::query::place::Place;
-use crate::query::proximity::unfold;
-use crate::query::tiles::Tiles;
-use crate::query::{Distance, QueryError, QueryOptions, SiteFound};
+use crate::query::answer::{Distance, SiteFound};
+use crate::query::free_space::Place;
+use crate::query::request::{QueryError, QueryOptions, Tiles, unfold};
 use crate::store::{TileReader, Vertex, VertexId};
 
 /// A shortest way along edges.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct CdtPath {
     /// How long it is; the bounds are those of the CDT distance.
     pub distance: Distance,
@@ -29,6 +29,7 @@ pub struct CdtPath {
 
 /// A vertex in one of its sectors, by CDT distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct CdtVertex {
     /// The vertex.
     pub vertex: Vertex,
@@ -42,8 +43,8 @@ pub struct CdtVertex {
 }
 
 /// A stream of vertices in their sectors.
-pub(in crate::query) struct Vertices {
-    pub(in crate::query) run: EdgeRun,
+pub(crate) struct Vertices {
+    pub(crate) run: EdgeRun,
     /// For each node, how many edges lead there.
     legs: Vec<u32>,
     /// Nodes that are no vertices of the file; they come first.
@@ -54,13 +55,13 @@ impl Vertices {
     async fn next(&mut self) -> Result<Option<(CdtVertex, u32)>, QueryError> {
         while let Some(number) = self.run.next().await? {
             let node = *self.run.node(number);
-            let before = self.legs.get(node.parent as usize);
+            let before = node.parent.and_then(|parent| self.legs.get(parent as usize));
             self.legs.push(before.map_or(0, |legs| legs + 1));
             if node.vertex.tile == PUT_IN {
                 self.put_in += 1;
                 continue;
             }
-            let parent = node.parent.checked_sub(self.put_in).filter(|_| node.parent != NO_NODE);
+            let parent = node.parent.and_then(|parent| parent.checked_sub(self.put_in));
             let found = CdtVertex {
                 vertex: Vertex {
                     id: node.vertex,
@@ -77,8 +78,8 @@ impl Vertices {
 }
 
 /// A stream of sites.
-pub(in crate::query) struct Sites {
-    pub(in crate::query) vertices: Vertices,
+pub(crate) struct SitesAlongEdges {
+    pub(crate) vertices: Vertices,
     met: HashSet<VertexId>,
     /// Those that were met, by length and number, until no other can be as near.
     ready: BinaryHeap<Reverse<Ready>>,
@@ -110,9 +111,9 @@ impl Ord for Ready {
     }
 }
 
-impl Sites {
+impl SitesAlongEdges {
     /// Starts at a point, for sites that are not farther away than `limit`.
-    pub(in crate::query) async fn start(
+    pub(crate) async fn start(
         reader: &TileReader,
         at: Point,
         limit: f64,
@@ -126,7 +127,7 @@ impl Sites {
     }
 
     /// The next site, and its node.
-    pub(in crate::query) async fn next(&mut self) -> Result<Option<(SiteFound, u32)>, QueryError> {
+    pub(crate) async fn next(&mut self) -> Result<Option<(SiteFound, u32)>, QueryError> {
         loop {
             let front = self.vertices.run.search.front();
             let nearest = self.ready.peek().map(|ready| f64::from_bits(ready.0.key.0));
@@ -234,11 +235,11 @@ impl TileReader {
     ) -> impl Stream<Item = Result<SiteFound, QueryError>> + Send + Unpin + 'static + use<> {
         let reader = self.clone();
         let start = async move {
-            let mut sites = Sites::start(&reader, from, f64::INFINITY, &options).await?;
+            let mut sites = SitesAlongEdges::start(&reader, from, f64::INFINITY, &options).await?;
             sites.vertices.run.refuse_break_lines()?;
             Ok(sites)
         };
-        unfold(start, |mut sites: Sites| async move {
+        unfold(start, |mut sites: SitesAlongEdges| async move {
             Ok(sites.next().await?.map(|(site, _)| (site, sites)))
         })
     }

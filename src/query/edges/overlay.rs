@@ -28,22 +28,20 @@ use foldhash::{HashMap, HashSet};
 
 use super::corner::{Bar, Corner, Face, PUT_IN, Rim, Within, sorted};
 use crate::geometry::{Orientation, Point, in_circle, orient2d};
-use crate::query::QueryError;
-use crate::query::ground::Ground;
-use crate::query::place::{Place, Spot};
-use crate::query::tiles::Tiles;
+use crate::query::free_space::{Ground, Place, Spot};
+use crate::query::request::{Contradiction, QueryError, Tiles};
 use crate::store::VertexId;
 
 /// An edge that is not in the file, from a vertex in a sector of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Link {
+pub(crate) struct Link {
     pub(super) within: Within,
     pub(super) to: Corner,
 }
 
 /// The triangulation round the points that were put in.
 #[derive(Clone, Debug, Default)]
-pub(in crate::query) struct Overlay {
+pub(crate) struct Overlay {
     /// The points, by number, and how many sectors each has.
     points: Vec<(Point, u32)>,
     /// The triangles of their stars, and which of them has which side.
@@ -109,7 +107,7 @@ impl Overlay {
     ///
     /// # Errors
     /// If a tile cannot be read, or tiles contradict each other.
-    pub(in crate::query) async fn put_in(&mut self, tiles: &mut Tiles, place: &Place) -> Result<VertexId, QueryError> {
+    pub(crate) async fn put_in(&mut self, tiles: &mut Tiles, place: &Place) -> Result<VertexId, QueryError> {
         if let Some(vertex) = place.vertex() {
             return Ok(vertex);
         }
@@ -166,8 +164,8 @@ impl Overlay {
             return Ok(if is_hull { Left::Outside } else { Left::Nothing });
         }
         Ok(match tiles.side_between(from, to).await? {
-            Some((tile, side)) if tile.is_hole(side / 3) => Left::Nothing,
-            Some((tile, side)) => Left::Face(Face::of(&tile, side / 3)),
+            Some((tile, side)) if tile.is_hole(side.triangle()) => Left::Nothing,
+            Some((tile, side)) => Left::Face(Face::of(&tile, side.triangle())),
             None if tiles.outside_is_free() => Left::Outside,
             None => Left::Nothing,
         })
@@ -179,13 +177,9 @@ impl Overlay {
             return Ok(*rim);
         }
         let tile = tiles.get(vertex.tile).await?;
-        let ground = Ground {
-            tile: &tile,
-            outside_is_free: true,
-        };
-        let side = ground.along_hull(vertex.index, forward);
-        let side = side.map_err(|reason| tiles.damaged(vertex.tile, reason))?;
-        let [from, to] = tile.ends(side).map(|end| Corner {
+        let side = Ground::of(tiles, &tile).along_hull(vertex.index, forward);
+        let side = tiles.checked(vertex.tile, side)?;
+        let [from, to] = tile.ends(side.0).map(|end| Corner {
             vertex: end.id,
             point: end.point,
             within: Within::Outside,
@@ -228,8 +222,7 @@ impl Overlay {
             return Ok(seat);
         }
         let tile = tiles.last().await?;
-        let reason = format!("nothing is where ({}, {}) lies", place.point.x, place.point.y);
-        Err(tiles.damaged(tile.id(), reason))
+        Err(tiles.damaged(tile.id(), Contradiction::NothingAt(place.point)))
     }
 
     /// Where a point lies in the stars of others.
@@ -320,7 +313,7 @@ impl Overlay {
         if let Some(([to, from], sector)) = outside {
             let rim = self.along_hull(tiles, from, true).await?;
             if rim.to.vertex != to {
-                return Err(tiles.damaged(from.tile, format!("vertices {from} and {to} have no edge on the hull")));
+                return Err(tiles.damaged(from.tile, Contradiction::NoHullEdge(from, to)));
             }
             self.set_hull(rim.from, here(sector), rim.to, bar);
             if bar == Bar::Wall {

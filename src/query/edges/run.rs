@@ -3,22 +3,22 @@
 use std::sync::Arc;
 
 #[cfg(feature = "baselines")]
-use super::Corner;
-use super::{EdgeSearch, Node, Overlay, Step, Towards};
+use super::corner::Corner;
+use super::node::Node;
+use super::overlay::Overlay;
+use super::search::{EdgeSearch, Step, Towards};
 use crate::geometry::Point;
-use crate::query::ground::Ground;
-use crate::query::place::Place;
-use crate::query::tiles::Tiles;
-use crate::query::{QueryError, QueryOptions};
+use crate::query::free_space::{Ground, Place};
+use crate::query::request::{QueryError, QueryOptions, Tiles};
 use crate::store::{LineKind, Metadata, Tile, TileReader, VertexId};
 
 /// Nodes after which other tasks have their turn.
 const PAUSE: u32 = 1 << 10;
 
 /// A search along edges and its tiles.
-pub(in crate::query) struct EdgeRun {
-    pub(in crate::query) tiles: Tiles,
-    pub(in crate::query) search: EdgeSearch,
+pub(crate) struct EdgeRun {
+    pub(crate) tiles: Tiles,
+    pub(crate) search: EdgeSearch,
     tile: Arc<Tile>,
     source: Place,
     pause: u32,
@@ -28,7 +28,7 @@ pub(in crate::query) struct EdgeRun {
 
 /// Whether a file has break lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::query) enum BreakLines {
+pub(crate) enum BreakLines {
     No,
     Yes,
     /// It does not say which lines it has.
@@ -37,7 +37,7 @@ pub(in crate::query) enum BreakLines {
 
 impl BreakLines {
     /// What the directory of a file says.
-    pub(in crate::query) fn of(metadata: &Metadata) -> Self {
+    pub(crate) fn of(metadata: &Metadata) -> Self {
         if metadata.constraint_edges == 0 {
             return Self::No;
         }
@@ -51,13 +51,13 @@ impl BreakLines {
 
 impl EdgeRun {
     /// Starts at a free place, for all that is not farther away than `limit`, nearest first.
-    pub(in crate::query) async fn start(tiles: Tiles, source: Place, limit: f64) -> Result<Self, QueryError> {
+    pub(crate) async fn start(tiles: Tiles, source: Place, limit: f64) -> Result<Self, QueryError> {
         Ok(Self::begin(tiles, source, None, limit).await?.0)
     }
 
     /// Starts at a free place, towards another one; returns which vertex that is now. The way that is found to it is at most `haste` times as
     /// long as a shortest one, which is 1 or more.
-    pub(in crate::query) async fn towards(
+    pub(crate) async fn towards(
         tiles: Tiles,
         source: Place,
         target: &Place,
@@ -68,11 +68,7 @@ impl EdgeRun {
 
     /// Starts at a vertex in some of its wedges, on behalf of a place near it.
     #[cfg(feature = "baselines")]
-    pub(in crate::query) async fn from_corners(
-        mut tiles: Tiles,
-        source: Place,
-        corners: &[Corner],
-    ) -> Result<Self, QueryError> {
+    pub(crate) async fn from_corners(mut tiles: Tiles, source: Place, corners: &[Corner]) -> Result<Self, QueryError> {
         let search = EdgeSearch::from_corners(corners, tiles.outside_is_free());
         let tile = tiles.last().await?;
         Ok(Self {
@@ -115,7 +111,7 @@ impl EdgeRun {
     }
 
     /// Starts at a point, which must be free.
-    pub(in crate::query) async fn from_point(
+    pub(crate) async fn from_point(
         reader: &TileReader,
         at: Point,
         limit: f64,
@@ -127,7 +123,7 @@ impl EdgeRun {
     }
 
     /// Fails if the file has break lines, or a tile that is come to shows one: the bound of the CDT distance does not hold then.
-    pub(in crate::query) fn refuse_break_lines(&mut self) -> Result<(), QueryError> {
+    pub(crate) fn refuse_break_lines(&mut self) -> Result<(), QueryError> {
         self.refuses = true;
         match BreakLines::of(self.tiles.metadata()) {
             BreakLines::Yes => Err(self.tiles.break_lines()),
@@ -136,11 +132,7 @@ impl EdgeRun {
     }
 
     fn check_tile(&self) -> Result<(), QueryError> {
-        let ground = Ground {
-            tile: &self.tile,
-            outside_is_free: self.tiles.outside_is_free(),
-        };
-        if self.refuses && ground.marks().has_break_lines {
+        if self.refuses && Ground::of(&self.tiles, &self.tile).has_break_lines() {
             return Err(self.tiles.break_lines());
         }
         Ok(())
@@ -150,7 +142,7 @@ impl EdgeRun {
     ///
     /// # Errors
     /// If a tile cannot be read, or the budget is used up: with the length that all nodes to come have at least.
-    pub(in crate::query) async fn next(&mut self) -> Result<Option<u32>, QueryError> {
+    pub(crate) async fn next(&mut self) -> Result<Option<u32>, QueryError> {
         self.pause -= 1;
         if self.pause == 0 {
             self.pause = PAUSE;
@@ -161,7 +153,7 @@ impl EdgeRun {
         }
         loop {
             let step = self.search.step(&self.tile);
-            match step.map_err(|reason| self.tiles.damaged(self.tile.id(), reason))? {
+            match self.tiles.checked(self.tile.id(), step)? {
                 Step::Found(node) => return Ok(Some(node)),
                 Step::Done => return Ok(None),
                 Step::Need(id) => {
@@ -177,7 +169,7 @@ impl EdgeRun {
     ///
     /// # Errors
     /// As [`next`](Self::next).
-    pub(in crate::query) async fn find(&mut self, vertex: VertexId) -> Result<Option<u32>, QueryError> {
+    pub(crate) async fn find(&mut self, vertex: VertexId) -> Result<Option<u32>, QueryError> {
         while let Some(node) = self.next().await? {
             if self.search.node(node).vertex == vertex {
                 return Ok(Some(node));
@@ -187,17 +179,17 @@ impl EdgeRun {
     }
 
     /// A node that was found.
-    pub(in crate::query) fn node(&self, number: u32) -> &Node {
+    pub(crate) fn node(&self, number: u32) -> &Node {
         self.search.node(number)
     }
 
     /// The tile of the vertex of the file that was found last, with its whole star.
-    pub(in crate::query) fn tile(&self) -> &Arc<Tile> {
+    pub(crate) fn tile(&self) -> &Arc<Tile> {
         &self.tile
     }
 
     /// Where it started.
-    pub(in crate::query) fn source(&self) -> &Place {
+    pub(crate) fn source(&self) -> &Place {
         &self.source
     }
 }

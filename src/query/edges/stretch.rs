@@ -2,4 +2,4 @@
 
 /// A factor that is proved: 4π√3/9, rounded up (Bose and Keil, "On the stretch factor of the constrained Delaunay triangulation",
 /// ISVD 2006).
-pub(in crate::query) const STRETCH: f64 = 2.42;
+pub(crate) const STRETCH: f64 = 2.42;

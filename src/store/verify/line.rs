@@ -5,7 +5,7 @@
 
 use futures::stream::StreamExt;
 
-use super::{Fault, VerifyError};
+use super::error::{Fault, VerifyError};
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::store::{LineSource, Tile, TileId, TileReader, Vertex, VertexId};
 

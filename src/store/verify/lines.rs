@@ -28,8 +28,8 @@ use std::sync::atomic::{AtomicU64, Ordering as Memory};
 use futures::stream::StreamExt;
 use xxhash_rust::xxh3::xxh3_128;
 
+use super::error::{Fault, VerifyError, VerifyReport};
 use super::marks::Marks;
-use super::{Fault, VerifyError, VerifyReport};
 use crate::geometry::{Point, compare_lines};
 use crate::store::{
     EdgeSource, LineKind, Needs, Plan, ReadError, Tile, TileId, TileReader, Workspaces, by_tile, list_for, spawn,

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use futures::stream::StreamExt;
 
-use super::{Fault, VerifyError};
+use super::error::{Fault, VerifyError};
 use crate::store::{Needs, Tile, TileId, TileReader};
 
 impl TileReader {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use futures::stream::StreamExt;
 
-use super::{VerifyError, VerifyReport};
+use super::error::{VerifyError, VerifyReport};
 use crate::geometry::Point;
 use crate::input::PointBatch;
 use crate::store::{Directory, Needs, Plan, ReadError, Tile, TileId, TileReader, Workspaces, by_tile, list_for, spawn};

@@ -11,7 +11,7 @@
 
 use xxhash_rust::xxh3::xxh3_128;
 
-use super::Fault;
+use super::error::Fault;
 use crate::geometry::{Orientation, Point, Rect, orient2d};
 use crate::mesh::next_side;
 use crate::store::{Across, Component, LineSource, Metadata, Tile};

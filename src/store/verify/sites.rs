@@ -8,8 +8,8 @@ use std::sync::Arc;
 use futures::stream::StreamExt;
 use xxhash_rust::xxh3::Xxh3;
 
+use super::error::{VerifyError, VerifyReport};
 use super::marks::Marks;
-use super::{VerifyError, VerifyReport};
 use crate::geometry::Point;
 use crate::input::{SiteBatch, SiteId};
 use crate::store::{Needs, Plan, ReadError, Site, Tile, TileReader, Workspaces, by_tile, list_for, spawn};

@@ -1,6 +1,6 @@
 //! The triangles around a vertex.
 
-use super::Fault;
+use super::error::Fault;
 use crate::geometry::{Orientation, orient2d};
 use crate::mesh::{next_side, prev_side};
 use crate::store::{Across, Tile};

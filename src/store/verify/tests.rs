@@ -5,7 +5,7 @@ mod lines;
 mod model;
 mod regions;
 
-use super::VerifyError;
+use super::error::VerifyError;
 use crate::geometry::Point;
 use crate::store::{TileId, VertexId};
 use model::{Model, ModelTile, Named, pair};

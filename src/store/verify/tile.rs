@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use xxhash_rust::xxh3::xxh3_128;
 
-use super::Fault;
+use super::error::Fault;
 use super::{regions, star};
 use crate::geometry::{Orientation, Rect, in_circle, orient2d};
 use crate::mesh::{next_side, prev_side};

@@ -27,12 +27,10 @@ fn check(name: &str, points: &[Point], tile_sizes: &[usize]) {
     for &engine in EngineKind::ALL {
         assert_eq!(reference(engine, points), expected, "{name}, {engine}");
         for &tile_vertices in tile_sizes {
-            let options = BuildOptions {
-                tile_vertices,
-                engine,
-                threads: 2,
-                ..BuildOptions::default()
-            };
+            let options = BuildOptions::default()
+                .tile_vertices(tile_vertices)
+                .engine(engine)
+                .threads(2);
             runtime().block_on(async {
                 let (_scratch, reader) = built(points, options).await;
                 if let Err(error) = reader.verify(true).await {

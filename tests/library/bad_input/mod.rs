@@ -14,16 +14,12 @@ use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::query::Location;
 use delaunay_tiles::store::TileReader;
-use delaunay_tiles::{BuildError, BuildOptions, Builder, Duplicates, Phase, Progress};
+use delaunay_tiles::{BuildError, BuildOptions, Builder, Duplicates, MemoryShortage, MemoryUse, Phase, Progress};
 use distributions::Kind;
 use futures::stream::TryStreamExt;
 
 fn options(tile_vertices: usize) -> BuildOptions {
-    BuildOptions {
-        tile_vertices,
-        threads: 2,
-        ..BuildOptions::default()
-    }
+    BuildOptions::default().tile_vertices(tile_vertices).threads(2)
 }
 
 /// Runs something that must come to an end.
@@ -37,10 +33,7 @@ fn check(points: &[Point]) {
     let expected = reference(EngineKind::Native, points);
     let vertices = distinct(points);
     for (tile_vertices, engine) in [4, 8, 65536].into_iter().zip(EngineKind::ALL.iter().cycle()) {
-        let options = BuildOptions {
-            engine: *engine,
-            ..options(tile_vertices)
-        };
+        let options = options(tile_vertices).engine(*engine);
         in_time(async {
             let (_scratch, reader) = built(points, options).await;
             check_file(&reader, &vertices).await;
@@ -251,10 +244,7 @@ fn which_duplicate_is_kept_does_not_depend_on_arrival() {
                 let batches = permuted(&mut random, &set);
                 in_time(async {
                     let scratch = Scratch::new();
-                    let options = BuildOptions {
-                        duplicates: rule,
-                        ..options(tile_vertices)
-                    };
+                    let options = options(tile_vertices).duplicates(rule);
                     let summary = build_batches(&scratch.path, &batches, options).await.unwrap();
                     assert_eq!(summary.duplicates + summary.vertices, 600);
                     let reader = scratch.open().await;
@@ -289,11 +279,9 @@ fn duplicates_as_an_error_are_the_same_two_records_always() {
     for round in 0..40 {
         let batches = permuted(&mut random, &set);
         let scratch = Scratch::new();
-        let options = BuildOptions {
-            duplicates: Duplicates::Error,
-            threads: 1 + round % 4,
-            ..options([4, 16, 65536][round % 3])
-        };
+        let options = options([4, 16, 65536][round % 3])
+            .duplicates(Duplicates::Error)
+            .threads(1 + round % 4);
         match in_time(build_batches(&scratch.path, &batches, options)) {
             Err(BuildError::Duplicate { records, point }) => {
                 assert_eq!((records, point), (expected, set[later].0), "round {round}");
@@ -308,7 +296,7 @@ fn duplicates_as_an_error_are_the_same_two_records_always() {
 fn outputs_that_cannot_be() {
     let scratch = Scratch::new();
     let start = |path: &Path, force| {
-        let options = BuildOptions { force, ..options(8) };
+        let options = options(8).force(force);
         Builder::new(path, options).map(|_| ())
     };
     fs::write(&scratch.path, "mine").unwrap();
@@ -326,10 +314,7 @@ fn outputs_that_cannot_be() {
     assert!(matches!(start(Path::new(""), true), Err(BuildError::Io { .. })));
     assert_eq!(fs::read_dir(folder).unwrap().count(), 1);
     // With force it is replaced, once the build has succeeded.
-    let options = BuildOptions {
-        force: true,
-        ..options(8)
-    };
+    let options = options(8).force(true);
     let input = points_of(Kind::Uniform, 50, 1);
     in_time(build_batches(&scratch.path, &batches(&input, &[]), options)).unwrap();
     in_time(async { scratch.open().await.verify(true).await.unwrap() });
@@ -432,11 +417,9 @@ fn builds_that_are_cancelled() {
     let mut cancelled_in = [0; 5];
     for round in 0..60u64 {
         let progress = Arc::<Progress>::default();
-        let options = BuildOptions {
-            progress: Arc::clone(&progress),
-            threads: 1 + round as usize % 4,
-            ..options(8)
-        };
+        let options = options(8)
+            .progress(Arc::clone(&progress))
+            .threads(1 + round as usize % 4);
         let others = Arc::clone(&progress);
         let result = in_time(async {
             let wanted = Phase::ALL[round as usize % 5];
@@ -472,10 +455,10 @@ fn budgets_and_options_out_of_range() {
     let scratch = Scratch::new();
     let input = batches(&points_of(Kind::Uniform, 5000, 1), &[]);
     for memory in [0, 1, 20_000] {
-        let options = BuildOptions { memory, ..options(64) };
+        let options = options(64).memory(memory);
         let result = in_time(build_batches(&scratch.path, &input, options));
         assert!(
-            matches!(result, Err(BuildError::Memory { budget, .. }) if budget == memory),
+            matches!(result, Err(BuildError::Memory(MemoryShortage { of: MemoryUse::Tile, budget, .. })) if budget == memory),
             "{result:?}"
         );
         assert_empty(scratch.folder.path());
@@ -485,7 +468,7 @@ fn budgets_and_options_out_of_range() {
         assert!(matches!(result, Err(BuildError::Option { .. })), "{result:?}");
     }
     for threads in [0, usize::MAX] {
-        let options = BuildOptions { threads, ..options(8) };
+        let options = options(8).threads(threads);
         assert!(matches!(
             Builder::new(&scratch.path, options),
             Err(BuildError::Option { .. })
@@ -501,11 +484,7 @@ fn more_threads_than_tiles() {
         let expected = reference(EngineKind::Native, &input);
         for threads in 1..=8 {
             for merge_vertices in [0, 16, 1 << 16] {
-                let options = BuildOptions {
-                    threads,
-                    merge_vertices,
-                    ..options(4)
-                };
+                let options = options(4).threads(threads).merge_vertices(merge_vertices);
                 let digest = in_time(async { built(&input, options).await.1.digest().await.unwrap() });
                 assert_eq!(digest, expected, "{n} points, {threads} threads");
             }

@@ -3,7 +3,9 @@
 use delaunay_tiles::geometry::{Point, crossing_point};
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::store::{Digest, LineKind};
-use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Crossing, Crossings, MissingZ};
+use delaunay_tiles::{
+    BuildError, BuildOptions, BuildSummary, Builder, Crossing, Crossings, MemoryShortage, MemoryUse, MissingZ,
+};
 use distributions::Kind;
 use futures::TryStreamExt;
 
@@ -39,14 +41,12 @@ async fn build(
     (tile_vertices, merge_vertices, threads, memory): Way,
 ) -> Result<(BuildSummary, Digest), BuildError> {
     let scratch = Scratch::new();
-    let options = BuildOptions {
-        tile_vertices,
-        merge_vertices,
-        threads,
-        memory,
-        crossings,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default()
+        .tile_vertices(tile_vertices)
+        .merge_vertices(merge_vertices)
+        .threads(threads)
+        .memory(memory)
+        .crossings(crossings);
     let mut builder = Builder::new(&scratch.path, options)?;
     let batch = SegmentBatch {
         ends: lines.iter().map(|(_, ends)| *ends).collect(),
@@ -141,12 +141,10 @@ type LineSet<'a> = (LineKind, u64, &'a [Segment], &'a [[f64; 2]]);
 /// z of the vertices of a build from lines of several kinds, whose batches have z or none.
 async fn heights(sets: &[LineSet<'_>], tile_vertices: usize) -> Vec<(Point, Option<f64>)> {
     let scratch = Scratch::new();
-    let options = BuildOptions {
-        tile_vertices,
-        crossings: Crossings::Split,
-        missing_z: MissingZ::Zero,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default()
+        .tile_vertices(tile_vertices)
+        .crossings(Crossings::Split)
+        .missing_z(MissingZ::Zero);
     let mut builder = Builder::new(&scratch.path, options).unwrap();
     for &(kind, first, ends, z) in sets {
         let batch = SegmentBatch {
@@ -237,5 +235,14 @@ fn splitting_takes_memory() {
     let lines = numbered(segments(60_000, 0.001, 1));
     let way = (500, 1 << 16, 1, 8 << 20);
     let built = runtime().block_on(build(&[], &lines, Crossings::Split, way));
-    assert!(matches!(built, Err(BuildError::SplitMemory { .. })), "{built:?}");
+    assert!(
+        matches!(
+            built,
+            Err(BuildError::Memory(MemoryShortage {
+                of: MemoryUse::Split,
+                ..
+            }))
+        ),
+        "{built:?}"
+    );
 }

@@ -99,10 +99,7 @@ async fn z_at(scratch: &Scratch, place: Point) -> f64 {
 }
 
 fn options(missing_z: MissingZ) -> BuildOptions {
-    BuildOptions {
-        missing_z,
-        ..BuildOptions::default()
-    }
+    BuildOptions::default().missing_z(missing_z)
 }
 
 #[test]
@@ -138,10 +135,7 @@ fn points_crossings_and_sites_become_no_pits_either() {
 
     let mut crossing = Input::new(lines(&[[p(0.0, 0.0), p(9.0, 8.0)]], &[]));
     crossing.walls = lines(&[[p(0.0, 8.0), p(9.0, 0.0)]], &[]);
-    let split = |missing_z| BuildOptions {
-        crossings: Crossings::Split,
-        ..options(missing_z)
-    };
+    let split = |missing_z| options(missing_z).crossings(Crossings::Split);
     let (first, count) = crossing.error(split(MissingZ::Error));
     assert_eq!((first.what, first.point, count), (WithoutZ::Crossing, p(4.5, 4.0), 1));
     assert_eq!(first.line.map(|line| line.number()), Some(0));
@@ -166,10 +160,7 @@ fn of_points_at_one_place_the_lowest_is_one_that_has_z() {
         input.points.records.push(100);
         // Points that came before had no z.
         input.points.z.push(800.0);
-        let options = BuildOptions {
-            duplicates,
-            ..BuildOptions::default()
-        };
+        let options = BuildOptions::default().duplicates(duplicates);
         assert_eq!(input.z_at(p(3.0, 3.0), options), (800.0, 0));
     }
 }
@@ -195,12 +186,12 @@ fn what_is_told_does_not_depend_on_tiles_threads_or_memory() {
         points,
     };
     let ways = [(65536, 1, ENOUGH), (1000, 2, ENOUGH), (1000, 2, 3 << 20)].map(|(tile_vertices, threads, memory)| {
-        input.error(BuildOptions {
-            tile_vertices,
-            threads,
-            memory,
-            ..BuildOptions::default()
-        })
+        input.error(
+            BuildOptions::default()
+                .tile_vertices(tile_vertices)
+                .threads(threads)
+                .memory(memory),
+        )
     });
     let (first, count) = ways[0];
     assert_eq!((first.what, first.point, count), (WithoutZ::End, ends[1][0], 2 * 133));

@@ -15,7 +15,7 @@ use delaunay_tiles::geometry::{Orientation, Point, orient2d};
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::mesh::{Constrained, EngineKind, Inserter, Triangulation};
 use delaunay_tiles::store::{Digest, EdgeSource, LineKind};
-use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, EditError, Editor};
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, ConstraintError, EditError, Editor};
 use distributions::{Kind, LongSegments, Pslg};
 use proptest::prelude::*;
 
@@ -123,11 +123,7 @@ impl Input {
                 points: self.points.iter().chain(ends).copied().collect(),
                 segments: first.to_vec(),
             };
-            let options = BuildOptions {
-                tile_vertices,
-                memory: ENOUGH,
-                ..BuildOptions::default()
-            };
+            let options = BuildOptions::default().tile_vertices(tile_vertices).memory(ENOUGH);
             match start.build(&scratch, options).await {
                 Ok(built) if built.triangles > 0 => {}
                 Ok(_) => continue,
@@ -193,13 +189,11 @@ fn check(mut input: Input, ways: &[Way]) -> u64 {
             ways.iter().flat_map(|way| [(way, &input), (way, &turned)])
         {
             let scratch = Scratch::new();
-            let options = BuildOptions {
-                tile_vertices,
-                merge_vertices,
-                threads,
-                memory,
-                ..BuildOptions::default()
-            };
+            let options = BuildOptions::default()
+                .tile_vertices(tile_vertices)
+                .merge_vertices(merge_vertices)
+                .threads(threads)
+                .memory(memory);
             let name = input.name;
             let way =
                 format!("{name}: tiles of {tile_vertices}, merges of {merge_vertices}, {threads} threads, {memory}");
@@ -423,10 +417,7 @@ fn what_cannot_be_built() {
                 points: points.to_vec(),
                 segments: segments.to_vec(),
             };
-            let options = BuildOptions {
-                progress: Arc::default(),
-                ..BuildOptions::default()
-            };
+            let options = BuildOptions::default().progress(Arc::default());
             let built = input
                 .build(&scratch, options)
                 .await
@@ -442,7 +433,10 @@ fn what_cannot_be_built() {
         assert_eq!(left, 0);
         let (invalid, _) = build(&square, &[[a, c], [b, Point::new(f64::NAN, 0.0)]]).await;
         assert!(
-            matches!(invalid, Err(BuildError::InvalidEnd { segment: 1, .. })),
+            matches!(
+                invalid,
+                Err(BuildError::Constraint(ConstraintError::InvalidEnd { segment: 1, .. }))
+            ),
             "{invalid:?}"
         );
         // A point in the way makes a meeting of a crossing.

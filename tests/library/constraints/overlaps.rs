@@ -3,7 +3,7 @@
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::store::{EdgeSource, LineKind};
-use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder};
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, MemoryShortage, MemoryUse};
 use distributions::Kind;
 
 use super::{ENOUGH, Input, Segment, WAYS, check};
@@ -34,12 +34,10 @@ async fn build_line(
     ends: &[Segment],
     (tile_vertices, memory): (usize, u64),
 ) -> Result<BuildSummary, BuildError> {
-    let options = BuildOptions {
-        tile_vertices,
-        memory,
-        threads: 2,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default()
+        .tile_vertices(tile_vertices)
+        .memory(memory)
+        .threads(2);
     let mut builder = Builder::new(&scratch.path, options)?;
     let batch = SegmentBatch {
         ends: ends.to_vec(),
@@ -121,15 +119,14 @@ fn what_edges_know_is_limited_by_the_memory() {
         runtime().block_on(async {
             for (memory, is_enough) in [(64 << 20, false), (2 << 30, true)] {
                 let scratch = Scratch::new();
-                let options = BuildOptions {
-                    memory,
-                    threads: 1,
-                    tile_vertices: 1 << 12,
-                    ..BuildOptions::default()
-                };
+                let options = BuildOptions::default().memory(memory).threads(1).tile_vertices(1 << 12);
                 match input.build(&scratch, options).await {
                     Ok(summary) => assert!(is_enough && summary.constraint_edges >= 2999),
-                    Err(BuildError::Overlaps { needed, budget, .. }) => {
+                    Err(BuildError::Memory(MemoryShortage {
+                        of: MemoryUse::Overlaps { .. },
+                        needed,
+                        budget,
+                    })) => {
                         assert!(!is_enough && budget < memory && needed > budget);
                     }
                     Err(error) => panic!("{error}"),

@@ -111,10 +111,7 @@ fn an_edit_does_not_go_round_a_vertex_for_each_line_that_ends_there() {
     };
     runtime().block_on(async {
         let scratch = Scratch::new();
-        let options = BuildOptions {
-            tile_vertices: 1000,
-            ..BuildOptions::default()
-        };
+        let options = BuildOptions::default().tile_vertices(1000);
         let tiles = start.build(&scratch, options).await.unwrap().tiles;
         let mut editor = Editor::open(&scratch.path, 64 << 20).await.unwrap();
         let batch = SegmentBatch {

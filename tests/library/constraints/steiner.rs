@@ -46,13 +46,11 @@ async fn try_build(
     steiner: Steiner,
     (tile_vertices, threads, memory): (usize, usize, u64),
 ) -> Result<BuildSummary, BuildError> {
-    let options = BuildOptions {
-        tile_vertices,
-        threads,
-        memory,
-        steiner,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default()
+        .tile_vertices(tile_vertices)
+        .threads(threads)
+        .memory(memory)
+        .steiner(steiner);
     let mut builder = Builder::new(&scratch.path, options)?;
     for &(kind, line, ends) in lines {
         let batch = SegmentBatch {

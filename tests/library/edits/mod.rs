@@ -20,10 +20,7 @@ async fn grid_in_tiles_of(tile_vertices: usize) -> Scratch {
     let points: Vec<Point> = (0..900)
         .map(|i| Point::new(f64::from(i % 30), f64::from(i / 30)))
         .collect();
-    let options = BuildOptions {
-        tile_vertices,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default().tile_vertices(tile_vertices);
     built(&points, options).await.0
 }
 
@@ -204,7 +201,7 @@ fn what_is_refused_changes_nothing() {
         };
         assert!(matches!(refused(ENOUGH, &records).await, EditError::Records));
         let error = refused(100, &segment((0.0, 0.0), (0.0, 1.0))).await;
-        assert!(matches!(error, EditError::Memory { .. }), "{error}");
+        assert!(matches!(error, EditError::Memory(_)), "{error}");
         let lock = File::open(&scratch.path).unwrap();
         lock.lock().unwrap();
         let error = refused(ENOUGH, &segment((0.0, 0.0), (0.0, 1.0))).await;

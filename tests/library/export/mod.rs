@@ -15,10 +15,7 @@ use distributions::Kind;
 use futures::StreamExt;
 
 fn tiles_of(tile_vertices: usize) -> BuildOptions {
-    BuildOptions {
-        tile_vertices,
-        ..BuildOptions::default()
-    }
+    BuildOptions::default().tile_vertices(tile_vertices)
 }
 
 /// What the file has.

@@ -19,11 +19,7 @@ const LONGEST: Duration = Duration::from_secs(20);
 
 /// A file of about twenty tiles.
 fn town() -> Vec<u8> {
-    let options = BuildOptions {
-        tile_vertices: 32,
-        threads: 2,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default().tile_vertices(32).threads(2);
     runtime().block_on(file_bytes(&batches(&points_of(Kind::Uniform, 400, 3), &[]), options))
 }
 

@@ -17,11 +17,7 @@ use delaunay_tiles::{BuildOptions, Builder};
 use distributions::Kind;
 
 fn options(tile_vertices: usize) -> BuildOptions {
-    BuildOptions {
-        tile_vertices,
-        threads: 2,
-        ..BuildOptions::default()
-    }
+    BuildOptions::default().tile_vertices(tile_vertices).threads(2)
 }
 
 fn built(points: &[Point], z: &[f64], tile_vertices: usize) -> Vec<u8> {

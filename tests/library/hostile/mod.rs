@@ -23,11 +23,7 @@ use futures::stream::{StreamExt, TryStreamExt};
 const LONGEST: Duration = Duration::from_secs(20);
 
 fn options() -> BuildOptions {
-    BuildOptions {
-        tile_vertices: 8,
-        threads: 2,
-        ..BuildOptions::default()
-    }
+    BuildOptions::default().tile_vertices(8).threads(2)
 }
 
 /// A grid, uniform points, and uniform points with z, in tiles of 8.

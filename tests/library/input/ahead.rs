@@ -33,10 +33,7 @@ fn source(files: &[(&str, &[u8])], options: &InputOptions) -> (PointSource, temp
 }
 
 fn of_bytes(bytes: &[u8], format: Format) -> PointSource {
-    let options = InputOptions {
-        format: Some(format),
-        ..InputOptions::default()
-    };
+    let options = InputOptions::default().format(format);
     PointSource::from_reader("stream", Box::new(Cursor::new(bytes.to_vec())), &options).unwrap()
 }
 
@@ -63,11 +60,7 @@ fn expected_points() {
     let of_none = PointSource::open(&[], &InputOptions::default()).unwrap();
     assert_eq!(of_none.expected_points(), Some(0));
 
-    let options = InputOptions {
-        dims: 3,
-        skip_invalid: true,
-        ..InputOptions::default()
-    };
+    let options = InputOptions::default().dims(3).skip_invalid(true);
     let (triples, _dir) = source(&[("a.f64", &raw[..24 * 7 + 5])], &options);
     assert_eq!(triples.expected_points(), Some(7));
 
@@ -177,10 +170,7 @@ fn invalid_points_are_not_in_a_sample() {
     let found: Vec<_> = pairs.sample(100).unwrap().into_iter().map(bits).collect();
     let expected = [(2.0, 0.0), (4.0, 5.0), (6.0, 7.0)];
     assert_eq!(found, expected.map(|(x, y): (f64, f64)| (x.to_bits(), y.to_bits())));
-    let options = InputOptions {
-        dims: 3,
-        ..InputOptions::default()
-    };
+    let options = InputOptions::default().dims(3);
     let raw = doubles([1.0, 2.0, f64::NAN, 3.0, 4.0, 5.0]);
     let (triples, _dir) = source(&[("a.f64", &raw)], &options);
     assert_eq!(triples.sample(100).unwrap(), [Point::new(3.0, 4.0)]);
@@ -199,10 +189,7 @@ fn identities() {
     let default = InputOptions::default();
     let both = identity(&paths, &default);
     assert_eq!(identity(&paths, &default), both);
-    let skipping = InputOptions {
-        skip_invalid: true,
-        ..InputOptions::default()
-    };
+    let skipping = InputOptions::default().skip_invalid(true);
     let swapped = [paths[1].clone(), paths[0].clone()];
     let mut all = vec![
         identity(&paths, &skipping),
@@ -235,10 +222,7 @@ fn identities() {
 fn lidar() {
     use crate::input::data;
     let open = |name: &str, options: &InputOptions| PointSource::open(&[data(name)], options).unwrap();
-    let chosen = InputOptions {
-        classes: vec![1, 2],
-        ..InputOptions::default()
-    };
+    let chosen = InputOptions::default().classes(vec![1, 2]);
     for options in [&InputOptions::default(), &chosen] {
         let plain = open("las/autzen.las", options);
         let sample = plain.sample(100_000).unwrap();

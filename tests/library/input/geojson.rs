@@ -71,10 +71,7 @@ fn elevations() {
             "--missing-z zero",
         ],
     );
-    let zero = InputOptions {
-        missing_z: MissingZ::Zero,
-        ..InputOptions::default()
-    };
+    let zero = InputOptions::default().missing_z(MissingZ::Zero);
     let read = file("a.json", text, &zero).unwrap();
     assert_eq!(read.z, [3.0, 0.0, 8.0]);
     let notes = read.source.notes();
@@ -105,10 +102,7 @@ fn invalid_positions() {
             "--skip-invalid",
         ],
     );
-    let options = InputOptions {
-        skip_invalid: true,
-        ..with_format(Format::GeoJson)
-    };
+    let options = with_format(Format::GeoJson).skip_invalid(true);
     let read = stream(text, &options).unwrap();
     assert_eq!(read.points, [(1.0, 2.0), (9.0, 10.0)]);
     assert_eq!(read.records, [0, 7]);
@@ -204,16 +198,7 @@ fn broken_documents() {
         ),
     ] {
         assert_says(read(text), parts);
-        assert!(
-            stream(
-                text,
-                &InputOptions {
-                    skip_invalid: true,
-                    ..with_format(Format::GeoJson)
-                }
-            )
-            .is_err()
-        );
+        assert!(stream(text, &with_format(Format::GeoJson).skip_invalid(true)).is_err());
     }
     assert_says(read(&r#"{"a":"#.repeat(200_000)), &["nesting deeper than 128"]);
     assert_says(

@@ -3,7 +3,7 @@
 //! All randomness is by a fixed seed.
 
 use crate::input::{drain, with_format};
-use delaunay_tiles::input::{Format, InputError, InputOptions, PointSource};
+use delaunay_tiles::input::{Format, InputError, PointSource};
 use std::path::Path;
 
 /// SplitMix64 (Steele, Lea, Flood 2014).
@@ -28,10 +28,7 @@ impl Random {
 fn survives(path: &Path, bytes: &[u8], format: Format) -> bool {
     std::fs::write(path, bytes).unwrap();
     let read = |skip_invalid| -> Result<(), InputError> {
-        let options = InputOptions {
-            skip_invalid,
-            ..with_format(format)
-        };
+        let options = with_format(format).skip_invalid(skip_invalid);
         let read = drain(PointSource::open(&[path.to_owned()], &options)?)?;
         assert!(read.points.len() <= 100_000, "more points than the file can have");
         Ok(())

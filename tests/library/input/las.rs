@@ -52,10 +52,7 @@ fn classes_and_returns() {
         let all = expected(&path);
         let count = |keep: &dyn Fn(&las::Point) -> bool| all.iter().filter(|p| !p.is_withheld && keep(p)).count();
         for returns in [Returns::First, Returns::Last] {
-            let options = InputOptions {
-                returns,
-                ..InputOptions::default()
-            };
+            let options = InputOptions::default().returns(returns);
             let read = open(&path, &options).unwrap();
             let kept = count(&|p| match returns {
                 Returns::First => p.return_number == 1,
@@ -63,10 +60,7 @@ fn classes_and_returns() {
             });
             assert_eq!(read.points.len(), kept, "{name} {returns}");
         }
-        let options = InputOptions {
-            classes: vec![1, 2],
-            ..InputOptions::default()
-        };
+        let options = InputOptions::default().classes(vec![1, 2]);
         let read = open(&path, &options).unwrap();
         let kept = count(&|p| matches!(u8::from(p.classification), 1 | 2));
         assert_eq!(read.points.len(), kept, "{name}");
@@ -96,10 +90,7 @@ fn a_larger_file() {
     };
     let read = open(&path, &InputOptions::default()).unwrap();
     assert_eq!(read.points.len(), 110_000);
-    let ground = InputOptions {
-        classes: vec![2],
-        ..InputOptions::default()
-    };
+    let ground = InputOptions::default().classes(vec![2]);
     let read = open(&path, &ground).unwrap();
     assert_eq!(read.points.len(), 26_107);
     assert_eq!(read.source.counts().filtered, 110_000 - 26_107);

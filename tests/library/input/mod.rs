@@ -15,6 +15,8 @@ mod geojson;
 mod hostile_lines;
 #[cfg(feature = "las")]
 mod las;
+#[cfg(all(feature = "geojson", feature = "text"))]
+mod many;
 #[cfg(feature = "geojson")]
 mod obstacles;
 #[cfg(feature = "geojson")]
@@ -112,17 +114,11 @@ fn files(files: &[(&str, &[u8])], options: &InputOptions) -> Result<Read, InputE
 }
 
 fn with_format(format: Format) -> InputOptions {
-    InputOptions {
-        format: Some(format),
-        ..InputOptions::default()
-    }
+    InputOptions::default().format(format)
 }
 
 fn skipping() -> InputOptions {
-    InputOptions {
-        skip_invalid: true,
-        ..InputOptions::default()
-    }
+    InputOptions::default().skip_invalid(true)
 }
 
 /// The message of an error and of what caused it.

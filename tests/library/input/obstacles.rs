@@ -1,7 +1,7 @@
 //! Polygons of GeoJSON: what comes out of them, and what is refused.
 
 use crate::input::segments::{Segments, open};
-use delaunay_tiles::input::{InputError, SegmentSource};
+use delaunay_tiles::input::{InputError, RecordKind, SegmentSource};
 
 fn read(text: &str) -> Result<Segments, InputError> {
     open(&[("town.geojson", text.as_bytes())], SegmentSource::open_obstacles)
@@ -294,7 +294,16 @@ fn what_is_no_polygon() {
         let error = open(&[(name, b"")], SegmentSource::open_obstacles)
             .map(|_| ())
             .unwrap_err();
-        assert!(matches!(error, InputError::UnknownObstacles { .. }), "{error}");
+        assert!(
+            matches!(
+                error,
+                InputError::UnknownFormat {
+                    kind: RecordKind::Obstacle,
+                    ..
+                }
+            ),
+            "{error}"
+        );
         assert!(
             error.to_string().contains(name) && error.to_string().contains(".geojson"),
             "{error}"
@@ -309,5 +318,15 @@ fn an_error_in_the_second_file() {
     let bad = format!("{good}{}", r#"{"type":"Point","coordinates":[0,0]}"#);
     let files: [(&str, &[u8]); 2] = [("good.json", good.as_bytes()), ("bad.json", bad.as_bytes())];
     let error = open(&files, SegmentSource::open_obstacles).map(|_| ()).unwrap_err();
-    assert!(matches!(error, InputError::Obstacle { obstacle: 2, .. }), "{error}");
+    assert!(
+        matches!(
+            error,
+            InputError::Record {
+                kind: RecordKind::Obstacle,
+                number: 2,
+                ..
+            }
+        ),
+        "{error}"
+    );
 }

@@ -9,10 +9,7 @@ fn bytes(numbers: &[f64]) -> Vec<u8> {
 }
 
 fn with_dims(dims: u8) -> InputOptions {
-    InputOptions {
-        dims,
-        ..with_format(Format::F64)
-    }
+    with_format(Format::F64).dims(dims)
 }
 
 #[test]
@@ -70,10 +67,7 @@ fn invalid_numbers_far_into_a_file() {
         stream(bytes(&numbers), &with_dims(3)),
         &["record 9000 (byte 216000): z is inf, not a finite number"],
     );
-    let options = InputOptions {
-        skip_invalid: true,
-        ..with_dims(3)
-    };
+    let options = with_dims(3).skip_invalid(true);
     let read = stream(bytes(&numbers), &options).unwrap();
     let kept: Vec<usize> = (0..25_000).filter(|n| !INVALID.contains(n)).collect();
     assert_eq!(read.source.counts().invalid, 3);

@@ -1,6 +1,6 @@
 //! Segments from files.
 
-use delaunay_tiles::input::{InputError, SegmentBatch, SegmentSource};
+use delaunay_tiles::input::{InputError, RecordKind, SegmentBatch, SegmentSource};
 use std::fs;
 use std::path::PathBuf;
 
@@ -90,7 +90,12 @@ fn lines_and_rings_of_geojson() {
     assert_eq!(read_all.lines, [2, 2, 3, 3, 6, 6, 6]);
     let wrong = r#"{"type":"LineString","coordinates":[[0,0],[1,0],[1,1e300]]}"#;
     match read(&[("wrong.json", wrong.as_bytes())]) {
-        Err(InputError::Segment { segment: 1, found, .. }) => assert!(found.contains("2^200"), "{found}"),
+        Err(InputError::Record {
+            kind: RecordKind::Segment,
+            number: 1,
+            found,
+            ..
+        }) => assert!(found.contains("2^200"), "{found}"),
         other => panic!("{other:?}"),
     }
 }
@@ -212,7 +217,12 @@ fn rows_with_and_without_a_header() {
     }
     for (text, line) in [("0,1,2,3\n4,5,6\n", 2), ("0,1,2,nan\n", 1), ("a,b,c,d\n0,1,2,e\n", 2)] {
         match read(&[("rows.csv", text.as_bytes())]) {
-            Err(error @ InputError::Segment { .. }) => {
+            Err(
+                error @ InputError::Record {
+                    kind: RecordKind::Segment,
+                    ..
+                },
+            ) => {
                 assert!(error.to_string().contains(&format!("line {line}")), "{error}")
             }
             other => panic!("{text}: {other:?}"),
@@ -234,7 +244,13 @@ fn pairs_of_record_numbers_over_several_files() {
     assert!(matches!(cut, Err(InputError::Malformed { .. })), "{cut:?}");
     let unknown = read(&[("a.f64", &small)]);
     assert!(
-        matches!(unknown, Err(InputError::UnknownSegments { .. })),
+        matches!(
+            unknown,
+            Err(InputError::UnknownFormat {
+                kind: RecordKind::Segment,
+                ..
+            })
+        ),
         "{unknown:?}"
     );
     let missing = SegmentSource::open(&[PathBuf::from("no/such.u32")]).map(|_| ());

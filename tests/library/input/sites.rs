@@ -1,7 +1,7 @@
 //! Sites from files.
 
 use crate::input::gzip;
-use delaunay_tiles::input::{InputError, SiteBatch, SiteId, SiteSource};
+use delaunay_tiles::input::{InputError, RecordKind, SiteBatch, SiteId, SiteSource};
 use std::fs;
 use std::path::PathBuf;
 
@@ -136,7 +136,13 @@ fn rows_that_are_no_sites() {
     assert_says(bytes, &["site 0 (line 1): the id is not in UTF-8"]);
     for name in ["a.f64", "a.node", "a.u32", "a"] {
         assert!(
-            matches!(read(&[(name, b"")], None), Err(InputError::UnknownSites { .. })),
+            matches!(
+                read(&[(name, b"")], None),
+                Err(InputError::UnknownFormat {
+                    kind: RecordKind::Site,
+                    ..
+                })
+            ),
             "{name}"
         );
     }
@@ -249,7 +255,17 @@ fn several_files_and_z() {
     let flat = read(&files[2..], None).unwrap();
     assert!(!flat.source.has_z() && flat.z.is_empty());
     let bad = read(&[("a.csv", b"8,9\n9,9\n"), ("b.csv", b"1,2\nx,2\n")], None);
-    assert!(matches!(bad, Err(InputError::Site { site: 3, .. })), "{bad:?}");
+    assert!(
+        matches!(
+            bad,
+            Err(InputError::Record {
+                kind: RecordKind::Site,
+                number: 3,
+                ..
+            })
+        ),
+        "{bad:?}"
+    );
 }
 
 /// Batches are bounded, also where a feature is not.

@@ -13,10 +13,7 @@ fn is_error<T: std::error::Error + Send + Sync + 'static>() {}
 
 #[test]
 fn records_go_on_over_all_inputs() {
-    let options = InputOptions {
-        skip_invalid: true,
-        ..InputOptions::default()
-    };
+    let options = InputOptions::default().skip_invalid(true);
     let raw = doubles(&[1.0, 2.0, f64::NAN, 0.0, 3.0, 4.0]);
     let inputs: [(&str, &[u8]); 3] = [
         ("a.f64", &raw),
@@ -46,10 +43,7 @@ fn z_is_known_at_open_and_for_all() {
             "--missing-z zero",
         ],
     );
-    let zero = InputOptions {
-        missing_z: MissingZ::Zero,
-        ..InputOptions::default()
-    };
+    let zero = InputOptions::default().missing_z(MissingZ::Zero);
     let read = files(&both, &zero).unwrap();
     assert_eq!(read.z, [0.0, 5.0]);
     assert_eq!(read.source.notes().len(), 1);

@@ -6,10 +6,7 @@ use delaunay_tiles::input::{Columns, InputOptions};
 const TWO: [(f64, f64); 2] = [(1.5, -2.0), (3.0, 4e2)];
 
 fn columns(text: &str) -> InputOptions {
-    InputOptions {
-        columns: Some(text.parse().unwrap()),
-        ..InputOptions::default()
-    }
+    InputOptions::default().columns(text.parse::<Columns>().unwrap())
 }
 
 #[test]

@@ -10,13 +10,11 @@ use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
 fn options(tile_vertices: usize, merge_vertices: usize, threads: usize, engine: EngineKind) -> BuildOptions {
-    BuildOptions {
-        tile_vertices,
-        merge_vertices,
-        threads,
-        engine,
-        ..BuildOptions::default()
-    }
+    BuildOptions::default()
+        .tile_vertices(tile_vertices)
+        .merge_vertices(merge_vertices)
+        .threads(threads)
+        .engine(engine)
 }
 
 /// Builds in many ways and compares the digests with the in-core reference.

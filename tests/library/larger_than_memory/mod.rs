@@ -10,28 +10,27 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::Digest;
-use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates, MissingZ, Phase};
+use delaunay_tiles::{
+    BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates, MemoryShortage, MemoryUse, MissingZ,
+    Phase,
+};
 use distributions::Kind;
 
 /// Too little memory for 100 000 points, which take 2 MB, but enough for two threads with tiles of 1000 vertices.
 const LITTLE: u64 = 1_500_000;
 
 fn options(memory: u64, threads: usize) -> BuildOptions {
-    BuildOptions {
-        tile_vertices: 1000,
-        memory,
-        threads,
-        ..BuildOptions::default()
-    }
+    BuildOptions::default()
+        .tile_vertices(1000)
+        .memory(memory)
+        .threads(threads)
 }
 
 /// A build that can be resumed.
 fn resumable(resume: bool) -> BuildOptions {
-    BuildOptions {
-        resumable: Some("points: 1\nothers: 2".to_owned()),
-        resume,
-        ..options(2_500_000, 2)
-    }
+    options(2_500_000, 2)
+        .resumable(Some("points: 1\nothers: 2".to_owned()))
+        .resume(resume)
 }
 
 async fn digest_of(scratch: &Scratch) -> Digest {
@@ -63,7 +62,9 @@ fn every_distribution_has_one_triangulation_in_any_memory() {
                 let built = build_batches(&scratch.path, &batches(&points, &[]), options(memory, threads)).await;
                 let summary = match built {
                     // Every point of these is in every seam. What they need is another test's matter.
-                    Err(BuildError::Seams { .. }) if memory < 64 << 20 => continue,
+                    Err(BuildError::Memory(MemoryShortage {
+                        of: MemoryUse::Seams, ..
+                    })) if memory < 64 << 20 => continue,
                     built => built.unwrap(),
                 };
                 assert_eq!(summary.points, 100_000);
@@ -126,10 +127,7 @@ fn runs_of_equal_points_are_merged() {
     runtime().block_on(async {
         for rule in [Duplicates::First, Duplicates::Lowest, Duplicates::Highest] {
             let scratch = Scratch::new();
-            let options = BuildOptions {
-                duplicates: rule,
-                ..options(LITTLE, 2)
-            };
+            let options = options(LITTLE, 2).duplicates(rule);
             let summary = build_batches(&scratch.path, &batches(&points, &z), options)
                 .await
                 .unwrap();
@@ -148,10 +146,7 @@ fn runs_of_equal_points_are_merged() {
                 report.unwrap();
             }
         }
-        let error = BuildOptions {
-            duplicates: Duplicates::Error,
-            ..options(LITTLE, 2)
-        };
+        let error = options(LITTLE, 2).duplicates(Duplicates::Error);
         let second = |place: Point| {
             points
                 .iter()
@@ -189,10 +184,7 @@ fn records_beyond_32_bits_and_z_survive_runs() {
         }
         runtime().block_on(async {
             let scratch = Scratch::new();
-            let options = BuildOptions {
-                missing_z: MissingZ::Zero,
-                ..options(LITTLE, 2)
-            };
+            let options = options(LITTLE, 2).missing_z(MissingZ::Zero);
             let summary = build_batches(&scratch.path, &input, options).await.unwrap();
             assert!(summary.blocks > 1);
             let reader = scratch.open().await;
@@ -230,7 +222,12 @@ fn points_whose_root_cannot_fit() {
         let options = options(2_500_000, 1);
         let progress = Arc::clone(&options.progress);
         let built = build_batches(&scratch.path, &batches(&points, &[]), options.clone()).await;
-        let Err(BuildError::Seams { needed, budget }) = built else {
+        let Err(BuildError::Memory(MemoryShortage {
+            of: MemoryUse::Seams,
+            needed,
+            budget,
+        })) = built
+        else {
             panic!("{built:?}");
         };
         assert_eq!(budget, 2_500_000);
@@ -239,11 +236,7 @@ fn points_whose_root_cannot_fit() {
         assert!(done <= 200_000 / 10, "{done} points were conquered first");
         assert_eq!(left(&scratch), [""; 0]);
         // With as much as it said it is done.
-        let more = BuildOptions {
-            memory: needed + (2 << 20),
-            progress: Arc::default(),
-            ..options
-        };
+        let more = options.memory(needed + (2 << 20)).progress(Arc::default());
         build_batches(&scratch.path, &batches(&points, &[]), more)
             .await
             .unwrap();
@@ -303,10 +296,7 @@ fn a_build_that_was_cancelled_goes_on() {
             assert!(matches!(cancelled, Err(BuildError::Cancelled)), "{cancelled:?}");
             assert_eq!(left(&scratch), ["test.tiles.partial"]);
             // Twice interrupted.
-            let again = BuildOptions {
-                threads: 1,
-                ..resumable(true)
-            };
+            let again = resumable(true).threads(1);
             let _ = build_until(&scratch, &points, again, until + 20_000).await;
             if !scratch.path.exists() {
                 let summary = build_until(&scratch, &points, resumable(true), u64::MAX).await.unwrap();
@@ -393,36 +383,30 @@ fn what_cannot_be_resumed() {
         let cancelled = build_until(&scratch, &points, resumable(false), 100_000).await;
         assert!(matches!(cancelled, Err(BuildError::Cancelled)), "{cancelled:?}");
         let others = [
-            BuildOptions {
-                tile_vertices: 1001,
-                ..resumable(true)
-            },
-            BuildOptions {
-                duplicates: Duplicates::Lowest,
-                ..resumable(true)
-            },
-            BuildOptions {
-                resumable: Some("points: 1\nothers: 3".to_owned()),
-                ..resumable(true)
-            },
+            resumable(true).tile_vertices(1001),
+            resumable(true).duplicates(Duplicates::Lowest),
+            resumable(true).resumable(Some("points: 1\nothers: 3".to_owned())),
         ];
         for other in others {
             let result = Builder::new(&scratch.path, other).map(|_| ());
             assert!(matches!(result, Err(BuildError::OtherBuild { .. })), "{result:?}");
             assert_eq!(left(&scratch), ["test.tiles.partial"]);
         }
-        let nothing = BuildOptions {
-            resumable: None,
-            ..resumable(true)
-        };
+        let nothing = resumable(true).resumable(None);
         let result = Builder::new(&scratch.path, nothing).map(|_| ());
         assert!(matches!(result, Err(BuildError::NotResumable)), "{result:?}");
-        let little = BuildOptions {
-            memory: 500_000,
-            ..resumable(true)
-        };
+        let little = resumable(true).memory(500_000);
         let result = build_until(&scratch, &points, little, u64::MAX).await;
-        assert!(matches!(result, Err(BuildError::Memory { .. })), "{result:?}");
+        assert!(
+            matches!(
+                result,
+                Err(BuildError::Memory(MemoryShortage {
+                    of: MemoryUse::Tile,
+                    ..
+                }))
+            ),
+            "{result:?}"
+        );
 
         // Points are not wanted twice.
         let scratch = Scratch::new();

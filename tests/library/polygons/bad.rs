@@ -33,10 +33,7 @@ fn build(polygons: &[&str], crossings: Crossings) -> Result<Built, Box<dyn Error
         format!(r#"{{"type":"FeatureCollection","features":[{features}]}}"#),
     )
     .unwrap();
-    let options = BuildOptions {
-        crossings,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default().crossings(crossings);
     Input::obstacles(path).build(&options, &WAYS)
 }
 

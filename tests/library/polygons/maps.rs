@@ -58,10 +58,7 @@ fn the_free_space_of_a_game() {
         poly: Some(data("arena/arena.poly")),
         ..Input::default()
     };
-    let options = BuildOptions {
-        exterior_is_hole: true,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default().exterior_is_hole(true);
     let inside = input.build(&options, &WAYS).unwrap();
     assert_eq!((inside.summary.vertices, inside.summary.constraint_edges), (112, 112));
     let rings = inside.rings();
@@ -117,10 +114,7 @@ fn lake_shores_as_break_lines() {
         segments: vec![lakes],
         ..Input::default()
     };
-    let options = BuildOptions {
-        missing_z: MissingZ::Zero,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default().missing_z(MissingZ::Zero);
     let built = input.build(&options, &WAYS[1..]).unwrap();
     assert_eq!(built.holes(), Part::default());
     assert_eq!(built.summary.regions, 2);

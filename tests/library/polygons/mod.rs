@@ -82,11 +82,7 @@ impl Input {
     fn build(&self, options: &BuildOptions, ways: &[Way]) -> Result<Built, Box<dyn Error>> {
         let mut all = Vec::new();
         for &(tile_vertices, threads) in ways {
-            let options = BuildOptions {
-                tile_vertices,
-                threads,
-                ..options.clone()
-            };
+            let options = options.clone().tile_vertices(tile_vertices).threads(threads);
             all.push(runtime().block_on(self.build_once(options)));
         }
         let last = all.pop().expect("there is a way");

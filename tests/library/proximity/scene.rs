@@ -261,13 +261,11 @@ impl Scene {
 
     pub async fn build(&self, tile_vertices: usize) -> (Scratch, TileReader) {
         let scratch = Scratch::new();
-        let options = BuildOptions {
-            tile_vertices,
-            threads: 2,
-            crossings: Crossings::Split,
-            exterior_is_hole: self.exterior_is_hole,
-            ..BuildOptions::default()
-        };
+        let options = BuildOptions::default()
+            .tile_vertices(tile_vertices)
+            .threads(2)
+            .crossings(Crossings::Split)
+            .exterior_is_hole(self.exterior_is_hole);
         let mut builder = Builder::new(&scratch.path, options).unwrap();
         let lines = self.lines.iter().zip(0..).map(|((kind, _), first)| LineSource {
             name: format!("line {first}"),

@@ -39,11 +39,9 @@ async fn build(file: &Path, options: BuildOptions) -> (Scratch, TileReader) {
 
 /// The map of a game in such tiles, and the lengths of shortest paths on it, with six digits.
 pub async fn game(tile_vertices: usize) -> (Scratch, TileReader, Vec<([Point; 2], f64)>) {
-    let options = BuildOptions {
-        tile_vertices,
-        exterior_is_hole: true,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default()
+        .tile_vertices(tile_vertices)
+        .exterior_is_hole(true);
     let (scratch, reader) = build(&data("arena/arena.poly"), options).await;
     let lengths = rows(&fs::read_to_string(data("arena/arena_lengths.csv")).unwrap());
     let length = |row: Vec<f64>| match row[..] {
@@ -71,10 +69,7 @@ pub async fn islands(tile_vertices: usize) -> Option<(Scratch, TileReader, Vec<S
         shared("indonesia/group1_dense_small.poly")?,
         shared("indonesia/group1_truth.csv.gz")?,
     );
-    let options = BuildOptions {
-        tile_vertices,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default().tile_vertices(tile_vertices);
     let (scratch, reader) = build(&islands, options).await;
     let sight = |row: Vec<f64>| Sight {
         query: row[0],

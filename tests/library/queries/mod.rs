@@ -14,11 +14,7 @@ use futures::future::FutureExt;
 use futures::stream::TryStreamExt;
 
 fn options(tile_vertices: usize) -> BuildOptions {
-    BuildOptions {
-        tile_vertices,
-        threads: 2,
-        ..BuildOptions::default()
-    }
+    BuildOptions::default().tile_vertices(tile_vertices).threads(2)
 }
 
 /// All that a file holds.

@@ -88,14 +88,12 @@ impl Input {
     }
 
     async fn build(&self, scratch: &Scratch, options: BuildOptions) -> Result<BuildSummary, BuildError> {
-        let options = BuildOptions {
-            exterior_is_hole: self.exterior_is_hole,
-            crossings: match self.may_be_inverted {
+        let options = options
+            .exterior_is_hole(self.exterior_is_hole)
+            .crossings(match self.may_be_inverted {
                 true => Crossings::Split,
                 false => Crossings::Error,
-            },
-            ..options
-        };
+            });
         let mut builder = Builder::new(&scratch.path, options)?;
         let mut numbered: Vec<(u64, &Line)> = (0..).zip(&self.lines).collect();
         // Any order is as good.
@@ -148,11 +146,7 @@ impl Input {
             may_be_inverted: true,
             ..self.clone()
         };
-        let options = BuildOptions {
-            tile_vertices,
-            memory: ENOUGH,
-            ..BuildOptions::default()
-        };
+        let options = BuildOptions::default().tile_vertices(tile_vertices).memory(ENOUGH);
         let scratch = Scratch::new();
         let summary = match first.build(&scratch, options).await {
             Err(BuildError::Crossings { .. }) if !has_corners => return None,
@@ -229,13 +223,11 @@ fn check(input: &Input, ways: &[Way]) -> u64 {
         let mut digests = Vec::new();
         for &(tile_vertices, merge_vertices, threads, memory) in ways {
             let scratch = Scratch::new();
-            let options = BuildOptions {
-                tile_vertices,
-                merge_vertices,
-                threads,
-                memory,
-                ..BuildOptions::default()
-            };
+            let options = BuildOptions::default()
+                .tile_vertices(tile_vertices)
+                .merge_vertices(merge_vertices)
+                .threads(threads)
+                .memory(memory);
             if input.may_be_inverted {
                 if memory < ENOUGH {
                     continue;
@@ -459,11 +451,7 @@ fn files_do_not_depend_on_threads() {
     let input = Input::on_grid(61, rectangles.collect());
     let bytes = |threads: usize| {
         let scratch = Scratch::new();
-        let options = BuildOptions {
-            tile_vertices: 60,
-            threads,
-            ..BuildOptions::default()
-        };
+        let options = BuildOptions::default().tile_vertices(60).threads(threads);
         runtime().block_on(input.build(&scratch, options)).unwrap();
         std::fs::read(&scratch.path).unwrap()
     };

@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use delaunay_tiles::geometry::{Orientation, Point, orient2d};
+use delaunay_tiles::geometry::{HalfEdge, Orientation, Point, orient2d};
 use delaunay_tiles::input::SiteId;
-use delaunay_tiles::mesh::{Constrained, EngineKind, Inserter, NONE, Triangulation};
+use delaunay_tiles::mesh::{Constrained, EngineKind, Inserter, Topology, Triangulation};
 use delaunay_tiles::store::{EdgeSource, LineKind};
 
 use super::Input;
@@ -74,17 +74,15 @@ impl Expected {
             component[first] = regions;
             let mut reached = vec![first];
             while let Some(triangle) = reached.pop() {
-                for side in (3 * triangle as u32..)
-                    .take(3)
-                    .filter(|&side| !mesh.is_constraint(side))
-                {
-                    match mesh.mesh().twin(side) {
-                        NONE => is_exterior[regions] = true,
-                        twin if component[twin as usize / 3] == usize::MAX => {
-                            component[twin as usize / 3] = regions;
-                            reached.push(twin as usize / 3);
+                let sides = HalfEdge::of_triangle(triangle as u32);
+                for side in sides.into_iter().filter(|&side| !mesh.is_constraint(side)) {
+                    match mesh.mesh().twin(side).half_edge().map(|twin| twin.triangle() as usize) {
+                        None => is_exterior[regions] = true,
+                        Some(other) if component[other] == usize::MAX => {
+                            component[other] = regions;
+                            reached.push(other);
                         }
-                        _ => {}
+                        Some(_) => {}
                     }
                 }
             }

@@ -97,12 +97,7 @@ async fn file(random: &mut ChaCha8Rng) -> anyhow::Result<Vec<u8>> {
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("file.tiles");
     let points: Vec<Point> = (0..1500).map(|_| place(random)).collect();
-    let options = BuildOptions {
-        tile_vertices: 100,
-        threads: 1,
-        memory: 256 << 20,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default().tile_vertices(100).threads(1).memory(256 << 20);
     let mut builder = Builder::new(&path, options)?;
     let (records, z) = ((0..points.len() as u64).collect(), Vec::new());
     builder.push(&PointBatch { records, points, z }).await?;

@@ -59,11 +59,7 @@ pub fn town() -> Patient {
         .map(|i| Point::new(f64::from(i % 20), f64::from(i / 20) + f64::from(i % 7) / 16.0))
         .collect();
     let built = runtime().block_on(async {
-        let options = BuildOptions {
-            tile_vertices: 40,
-            force: true,
-            ..BuildOptions::default()
-        };
+        let options = BuildOptions::default().tile_vertices(40).force(true);
         let mut builder = Builder::new(&path, options)?;
         builder.push_lines(LineKind::Wall, 0, &ring(14.25, 13.125, 2.0))?;
         builder.push_lines(LineKind::Obstacle, 1, &ring(5.5, 6.25, 3.0))?;

@@ -180,7 +180,7 @@ async fn write(
         bar.set_length(total);
         bar.set_position(done);
     };
-    let options = ExportOptions { holes: args.all };
+    let options = ExportOptions::default().holes(args.all);
     let exported = export(&reader, format, options, outputs, progress).await;
     let exported = exported.with_context(|| {
         if to_stdout {

@@ -30,15 +30,14 @@ pub struct InputArgs {
 impl InputArgs {
     /// The library's options.
     pub fn options(&self) -> InputOptions {
-        InputOptions {
-            format: self.format,
-            columns: self.columns.clone(),
-            dims: self.dims,
-            classes: self.classes.clone(),
-            returns: self.returns,
-            skip_invalid: self.skip_invalid,
+        InputOptions::default()
+            .format(self.format)
+            .columns(self.columns.clone())
+            .dims(self.dims)
+            .classes(self.classes.clone())
+            .returns(self.returns)
+            .skip_invalid(self.skip_invalid)
             // A build may say otherwise; who compares a file with its input asks no more of it.
-            missing_z: MissingZ::Zero,
-        }
+            .missing_z(MissingZ::Zero)
     }
 }

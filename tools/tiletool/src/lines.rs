@@ -6,9 +6,11 @@ use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{FileStamp, PolySource, Reading, SegmentBatch, SegmentSource, SiteBatch, SiteSource};
-use delaunay_tiles::shown;
 use delaunay_tiles::store::{LineKind, LineSource, VerifyError};
-use delaunay_tiles::{BuildError, Builder, Crossings, Editor, Inverted, InvertedPolygons, MissingZ, Steiner, WithoutZ};
+use delaunay_tiles::{
+    BuildError, Builder, Crossings, Editor, Inverted, InvertedPolygons, MemoryShortage, MemoryUse, MissingZ, Steiner,
+    WithoutZ, shown,
+};
 
 use crate::common;
 
@@ -524,9 +526,11 @@ impl Lines {
             return error.context(name);
         }
         match error.downcast_ref() {
-            Some(&(BuildError::OpenRing { obstacle } | BuildError::PolygonMemory { obstacle, .. })) => {
-                error.context(self.name(obstacle))
-            }
+            Some(&BuildError::OpenRing { obstacle })
+            | Some(&BuildError::Memory(MemoryShortage {
+                of: MemoryUse::Polygon { obstacle },
+                ..
+            })) => error.context(self.name(obstacle)),
             Some(BuildError::Inverted(InvertedPolygons { first, polygons })) => {
                 let others = match polygons {
                     1 => String::new(),

@@ -1,6 +1,7 @@
 //! Crossings against brute force: all pairs, by the predicate.
 
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 
 use proptest::prelude::*;
 
@@ -8,7 +9,6 @@ use crate::constraints::crossings::boxes::bounds;
 use crate::constraints::crossings::find::find;
 use crate::constraints::crossings::search::search;
 use crate::geometry::{Orientation, Point, Rect, crossing_point, orient2d};
-use std::ops::ControlFlow;
 
 mod shapes;
 mod splitting;

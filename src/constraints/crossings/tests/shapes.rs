@@ -1,10 +1,10 @@
 //! Many segments, of all shapes: they are found by brute force too, and it does not take too many tests of pairs.
 
 use std::cell::Cell;
+use std::ops::ControlFlow;
 
 use crate::constraints::crossings::tests::*;
 use crate::geometry::{Point, Rect};
-use std::ops::ControlFlow;
 
 /// Numbers as if at random, the same each time.
 struct Random(u64);

@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 
 use crate::constraints::crossings::split;
-use crate::constraints::crossings::split::{Segment, Split, SplitError};
+use crate::constraints::crossings::split::{Segment, Split};
 use crate::constraints::crossings::tests::*;
+use crate::constraints::error::SplitError;
 use crate::geometry::{Point, Rect};
 
 fn numbered(segments: &[[Point; 2]]) -> Vec<Segment<u32>> {

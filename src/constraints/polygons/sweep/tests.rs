@@ -1,11 +1,11 @@
 use proptest::prelude::*;
 
+use crate::constraints::error::ConstraintError;
 use crate::constraints::polygons::check::PolygonCheck;
 use crate::constraints::polygons::sweep::*;
-use crate::pipeline::error::BuildError;
 
 /// The sides of rings that may be anything, on a grid.
-pub(in crate::constraints::polygons) fn rings() -> impl Strategy<Value = Vec<[Point; 2]>> {
+pub(crate) fn rings() -> impl Strategy<Value = Vec<[Point; 2]>> {
     let ring = prop::collection::vec((0i32..7, 0i32..7), 1..7);
     prop::collection::vec(ring, 1..5).prop_map(|rings| {
         let sides = |ring: Vec<(i32, i32)>| -> Vec<[Point; 2]> {
@@ -139,7 +139,7 @@ proptest! {
         let expected = faults(u64::MAX).unwrap();
         match faults(0) {
             Ok(found) => prop_assert_eq!(found, expected),
-            Err(error) => prop_assert!(matches!(error, BuildError::PolygonMemory { .. }), "{}", error),
+            Err(error) => prop_assert!(matches!(error, ConstraintError::Memory(_)), "{}", error),
         }
     }
 

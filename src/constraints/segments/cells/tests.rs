@@ -6,7 +6,7 @@ use crate::pipeline::ingest::point_store::Item;
 use crate::store::{EdgeSource, LineKind};
 
 /// A tree over points on a small grid, so that cuts go through points and ends.
-pub(in crate::constraints::segments) fn tree() -> impl Strategy<Value = KdTree> {
+pub(crate) fn tree() -> impl Strategy<Value = KdTree> {
     (prop::collection::vec((0i32..12, 0i32..12), 0..60), 1usize..9).prop_map(|(points, per_leaf)| {
         let mut items: Vec<Item> = points.iter().map(|&p| item(p)).collect();
         divide(&mut items, per_leaf, 1).tree
@@ -21,7 +21,7 @@ fn item((x, y): (i32, i32)) -> Item {
 }
 
 /// Segments on the grid, between its points, and beyond.
-pub(in crate::constraints::segments) fn segments() -> impl Strategy<Value = Vec<Segment>> {
+pub(crate) fn segments() -> impl Strategy<Value = Vec<Segment>> {
     let end = (-4i32..30, -4i32..30).prop_map(|(x, y)| Point::new(f64::from(x) / 2.0, f64::from(y) / 2.0));
     let ends = prop::collection::vec([end.clone(), end], 0..60);
     ends.prop_map(|all| {
@@ -61,7 +61,7 @@ fn clips([a, b]: [Point; 2], cell: Rect) -> bool {
 }
 
 /// Whether a segment meets a cell, and does not only touch its left or its bottom side from beside it.
-pub(in crate::constraints::segments) fn meets([a, b]: [Point; 2], cell: Rect) -> bool {
+pub(crate) fn meets([a, b]: [Point; 2], cell: Rect) -> bool {
     segment_meets([a, b], cell) && a.x.max(b.x) > cell.min_x && a.y.max(b.y) > cell.min_y
 }
 

@@ -134,7 +134,7 @@ impl Model {
                     assert!(found.zip(expected).all(|(a, b)| bits(&a.ends) == bits(&b.ends)));
                 }
                 Err(missing) => match given {
-                    Err(BuildError::NoSuchRecord { segment, record }) => assert_eq!((segment, record), missing),
+                    Err(ConstraintError::NoSuchRecord { segment, record }) => assert_eq!((segment, record), missing),
                     given => panic!("{given:?}"),
                 },
             }
@@ -307,14 +307,16 @@ fn bad_input_is_refused_and_not_taken() {
     let good = ends[0][1];
     for bad in [f64::NAN, f64::INFINITY, 1e300, 1e-300] {
         let refused = push(Point::new(1.0, bad), &[], &[3, 4, 5]);
-        assert!(matches!(refused, BuildError::InvalidEnd { segment: 4, point } if point.y.to_bits() == bad.to_bits()));
+        assert!(
+            matches!(refused, ConstraintError::InvalidEnd { segment: 4, point } if point.y.to_bits() == bad.to_bits())
+        );
     }
     let refused = push(good, &[[0.0; 2], [0.0; 2], [1.0, f64::INFINITY]], &[3, 4, 5]);
-    assert!(matches!(refused, BuildError::InvalidEndZ { segment: 5, .. }));
+    assert!(matches!(refused, ConstraintError::InvalidEndZ { segment: 5, .. }));
     let refused = push(good, &[[0.0; 2]], &[3, 4, 5]);
     assert!(matches!(
         refused,
-        BuildError::SegmentBatch {
+        ConstraintError::SegmentBatch {
             segments: 3,
             z: 1,
             lines: 3
@@ -323,7 +325,7 @@ fn bad_input_is_refused_and_not_taken() {
     let refused = push(good, &[], &[3, 4]);
     assert!(matches!(
         refused,
-        BuildError::SegmentBatch {
+        ConstraintError::SegmentBatch {
             segments: 3,
             z: 0,
             lines: 2
@@ -331,11 +333,14 @@ fn bad_input_is_refused_and_not_taken() {
     ));
     let line = EdgeSource::MAX_NUMBER + 1;
     let refused = push(good, &[], &[3, 4, line]);
-    assert!(matches!(refused, BuildError::LineNumber { segment: 5, line: l } if l == line));
+    assert!(matches!(refused, ConstraintError::LineNumber { segment: 5, line: l } if l == line));
     let refused = spool.push_between(&[[0, 1]], LineKind::Wall, &[line]);
-    assert!(matches!(refused, Err(BuildError::LineNumber { segment: 3, .. })));
+    assert!(matches!(refused, Err(ConstraintError::LineNumber { segment: 3, .. })));
     let refused = spool.push_between(&[[0, 1]], LineKind::Wall, &[]);
-    assert!(matches!(refused, Err(BuildError::SegmentBatch { segments: 1, .. })));
+    assert!(matches!(
+        refused,
+        Err(ConstraintError::SegmentBatch { segments: 1, .. })
+    ));
     assert_eq!(spool.len(), 3);
 }
 
@@ -348,7 +353,7 @@ fn damage(file: &std::fs::File, at: u64) {
 
 #[test]
 fn damaged_chunks_are_found() {
-    let whole = |at: Option<(u64, bool)>| -> Result<Vec<Segment>, BuildError> {
+    let whole = |at: Option<(u64, bool)>| -> Result<Vec<Segment>, ConstraintError> {
         let folder = tempfile::tempdir().unwrap();
         let mut spool = SegmentSpool::new(folder.path(), 0);
         let ends = [[Point::new(0.0, 0.0), Point::new(1.0, 1.0)]; 8];
@@ -380,7 +385,7 @@ fn damaged_chunks_are_found() {
     for at in (0..31_000).step_by(499) {
         for is_early in [true, false] {
             match whole(Some((at, is_early))) {
-                Err(BuildError::Io { source, .. }) => {
+                Err(ConstraintError::Io { source, .. }) => {
                     assert_eq!(source.kind(), io::ErrorKind::InvalidData);
                     found[usize::from(is_early)] += 1;
                 }

@@ -2,13 +2,12 @@
 
 use foldhash::{HashMap, HashMapExt};
 
-use crate::constraints::segments::segment::Segment;
-use crate::geometry::Point;
-use crate::mesh::{Constrained, Inserter, NONE, Stars, Step, Triangulation, next_side};
-use crate::pipeline::conquer::constrain::deferral::{Deferral, put_off};
-use crate::pipeline::conquer::constrain::lines::Lines;
+use crate::constraints::segment::Segment;
+use crate::geometry::{HalfEdge, Point};
+use crate::mesh::{Constrained, Inserter, NONE, Stars, Step, Topology, Triangulation};
 use crate::pipeline::conquer::constrain::overlaps::{Limited, for_each_part};
-use crate::pipeline::conquer::constrain::{Crossed, Outcome, Refusal};
+use crate::pipeline::conquer::constrain::refusal::{Crossed, Refusal};
+use crate::pipeline::conquer::deferral::{Deferral, put_off};
 use crate::pipeline::records::{Open, Pending, Piece, SeamVertex};
 
 /// The triangles of a node.
@@ -26,6 +25,14 @@ pub(crate) struct Ground<'a> {
     is_on_line: bool,
     /// How often lines may run along edges, all in all.
     pub(crate) most_sources: usize,
+}
+
+/// What came of the pieces of a node.
+pub(crate) struct Outcome {
+    /// Those that are done.
+    pub(crate) done: Vec<Piece>,
+    /// What goes up.
+    pub(crate) pending: Pending,
 }
 
 /// What became of pieces so far.
@@ -79,11 +86,10 @@ impl<'a> Ground<'a> {
     pub(crate) fn constrain(
         &mut self,
         inserter: &mut Inserter,
-        lines: Lines,
+        (pieces, mut open): (Limited, Vec<Open>),
         (deferral, limit): (&Deferral, usize),
         vertex: impl Fn(u32) -> SeamVertex,
     ) -> Result<Outcome, Refusal> {
-        let Lines { pieces, mut open, .. } = lines;
         let pieces = pieces.sorted(self.points.len());
         let mut parts = Parts {
             done: Limited::new(self.most_sources),
@@ -260,19 +266,19 @@ impl<'a> Ground<'a> {
     }
 
     /// Marks an edge as a constraint, if it is final. Returns whether both its sides are.
-    fn mark(&mut self, side: u32, is_wall: bool) -> bool {
-        let twin = self.mesh.mesh().twin(side);
-        let sides = [side, twin].into_iter().filter(|&side| side != NONE);
-        let final_sides = sides.filter(|&side| self.settled[(side / 3) as usize]).count();
+    fn mark(&mut self, side: HalfEdge, is_wall: bool) -> bool {
+        let twin = self.mesh.mesh().twin(side).half_edge();
+        let sides = [Some(side), twin].into_iter().flatten();
+        let final_sides = sides.filter(|side| self.settled[side.triangle() as usize]).count();
         if final_sides > 0 {
             self.mesh.fix(side, is_wall);
         }
-        let [from, to] = [side, next_side(side)].map(|side| self.mesh.mesh().origin(side));
+        let [from, to] = [side, side.next()].map(|side| self.mesh.mesh().origin(side));
         let on_hull = self.hull.get(&from) == Some(&to) || self.hull.get(&to) == Some(&from);
         match twin {
             // What was across may be in its tile already, with its mark; on the hull it is still to come.
-            NONE => final_sides == 1 && !on_hull,
-            _ => final_sides == 2,
+            None => final_sides == 1 && !on_hull,
+            Some(_) => final_sides == 2,
         }
     }
 

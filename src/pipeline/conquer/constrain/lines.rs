@@ -1,13 +1,13 @@
 //! The vertices on segments: they cut these into pieces.
 
-use crate::constraints::segments::segment::Segment;
+use crate::constraints::segment::Segment;
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::mesh::vertex_index::VertexIndex;
 use crate::mesh::{Inserter, Stars, Step};
-use crate::pipeline::conquer::constrain::deferral::Deferral;
 use crate::pipeline::conquer::constrain::ground::Ground;
 use crate::pipeline::conquer::constrain::overlaps::{Limited, covered};
-use crate::pipeline::conquer::constrain::{Crossed, Refusal};
+use crate::pipeline::conquer::constrain::refusal::{Crossed, Refusal};
+use crate::pipeline::conquer::deferral::Deferral;
 use crate::pipeline::records::{Open, Piece};
 use crate::store::{EdgeSource, LineKind};
 

@@ -25,59 +25,22 @@
 //! Walking along pieces takes time with the edges that come of them. Where that gets more than there are vertices and pieces,
 //! since many run along each other, the rest are cut at each other's ends first (`overlaps`).
 
-pub(crate) mod deferral;
 mod ground;
 mod lines;
 mod overlaps;
+pub(crate) mod refusal;
 
 use crate::collections::bucket_sort::bucket_sort;
-use crate::constraints::segments::segment::Segment;
-use crate::geometry::Point;
-use crate::mesh::{NONE, Triangulation};
+use crate::constraints::segment::Segment;
+use crate::geometry::{HalfEdge, PackedHalfEdge, Point};
+use crate::mesh::Triangulation;
+use crate::pipeline::conquer::constrain::ground::Outcome;
+use crate::pipeline::conquer::constrain::refusal::Refusal;
 use crate::pipeline::conquer::node::{Fate, Workspace};
 use crate::pipeline::records::{DoneEdge, LateTriangle, Open, Pending, Piece, SeamVertex};
 use crate::store::{TileId, VertexId};
 use ground::Ground;
 use lines::Lines;
-
-/// Two segments cross, or a piece cannot be placed.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Crossed {
-    /// A piece, or the end of one.
-    pub(crate) piece: [Point; 2],
-    /// The constraint that it crosses.
-    pub(crate) edge: [Point; 2],
-}
-
-/// So many lines run along each other that what edges know of them does not fit in memory.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Overlaps {
-    /// Lines along edges of one node, at least.
-    pub(crate) sources: u64,
-    /// Where.
-    pub(crate) place: Point,
-}
-
-/// Why segments cannot be edges.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Refusal {
-    Crossed(Crossed),
-    Overlaps(Overlaps),
-}
-
-impl From<Crossed> for Refusal {
-    fn from(crossed: Crossed) -> Self {
-        Self::Crossed(crossed)
-    }
-}
-
-/// What came of the pieces of a node.
-struct Outcome {
-    /// Those that are done.
-    done: Vec<Piece>,
-    /// What goes up.
-    pending: Pending,
-}
 
 /// Constrains the triangles of a leaf, which are in the workspace. Those that are held, the bits of sides and the edges that
 /// are done stay there.
@@ -111,7 +74,10 @@ pub(crate) fn constrain_leaf(
     let its = its.iter().map(|&segment| segments[segment as usize]);
     let its = its.filter(|segment| !deferral.has(segment)).collect();
     let lines = Lines::of_leaf(&ground, inserter, its);
-    let outcome = lines.and_then(|lines| ground.constrain(inserter, lines, (deferral, limit), vertex));
+    let outcome = lines.and_then(|lines| {
+        let lines = (lines.pieces, lines.open);
+        ground.constrain(inserter, lines, (deferral, limit), vertex)
+    });
     for (fate, held) in workspace.fates.iter_mut().zip(&ground.held) {
         if *held {
             *fate = Fate::Held;
@@ -192,7 +158,8 @@ pub(crate) fn constrain_node(
     let vertex = |index: u32| vertices[index as usize];
     let Workspace { inserter, deferral, .. } = workspace;
     let limit = if is_root { usize::MAX } else { deferral.node_limit() };
-    let Outcome { done, pending } = ground.constrain(inserter, lines, (deferral, limit), vertex)?;
+    let Outcome { done, pending } =
+        ground.constrain(inserter, (lines.pieces, lines.open), (deferral, limit), vertex)?;
     let (mesh, fixed) = ground.mesh.into_parts();
     let states = ground.settled.iter().zip(&ground.held);
     let all = mesh.triangles.iter().zip(fixed).zip(states);
@@ -222,10 +189,10 @@ pub(crate) fn glued(triangles: Vec<[u32; 3]>, vertices: usize) -> Triangulation 
     };
     let sides: Vec<([u32; 2], u32)> = (0..3 * triangles.len() as u32).map(|side| (ends(side), side)).collect();
     let sides = bucket_sort(&sides, vertices, |(ends, _)| ends[0], |&(ends, side)| (ends[1], side));
-    let mut neighbours = vec![[NONE; 3]; triangles.len()];
+    let mut neighbours = vec![[PackedHalfEdge::NONE; 3]; triangles.len()];
     for pair in sides.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
         for (side, other) in [(pair[0].1, pair[1].1), (pair[1].1, pair[0].1)] {
-            neighbours[(side / 3) as usize][(side % 3) as usize] = other;
+            neighbours[(side / 3) as usize][(side % 3) as usize] = HalfEdge(other).into();
         }
     }
     Triangulation {

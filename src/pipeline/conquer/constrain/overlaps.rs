@@ -16,9 +16,9 @@
 use std::collections::BTreeMap;
 
 use crate::collections::bucket_sort::bucket_sort;
-use crate::constraints::segments::segment::Segment;
+use crate::constraints::segment::Segment;
 use crate::geometry::{Point, compare_lines};
-use crate::pipeline::conquer::constrain::{Overlaps, Refusal};
+use crate::pipeline::conquer::constrain::refusal::{Overlaps, Refusal};
 use crate::pipeline::records::Piece;
 use crate::store::{EdgeSource, LineKind};
 

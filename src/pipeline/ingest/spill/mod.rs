@@ -11,25 +11,23 @@
 //! once, whatever their order, as long as the sample tells how they lie; where it does not (a stream that is sorted, say, whose
 //! beginning was taken for a sample), twice. (The design spools a stream to sample it, which writes and reads everything twice.)
 
-pub(crate) mod plan;
 pub(crate) mod resplit;
 pub(crate) mod run;
 
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::constraints::without_z::NO_Z;
 use crate::geometry::Point;
 use crate::input::PointBatch;
-use crate::store::KdTree;
-
-use crate::constraints::without_z::NO_Z;
 use crate::pipeline::ingest::divide::divide;
+pub(crate) use crate::pipeline::ingest::point_store::Record;
 use crate::pipeline::ingest::point_store::{Item, PointStore};
+pub(crate) use crate::pipeline::plan::Run;
+use crate::store::KdTree;
+pub(crate) use crate::store::format::cell_index::CellIndex;
+pub(crate) use resplit::{damaged, read_points};
 use run::RunWriter;
-
-pub(crate) use crate::store::cell_index::CellIndex;
-pub(crate) use resplit::{check_runs, damaged, read_points};
-pub(crate) use run::{Record, Run};
 
 /// Points of a sample that are looked at: a cell of 1/512 has 128.
 pub(crate) const SAMPLE: usize = 1 << 16;

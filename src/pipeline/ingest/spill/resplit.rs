@@ -7,10 +7,11 @@ use std::{fs, io};
 
 use crate::geometry::Point;
 use crate::pipeline::error::BuildError;
-use crate::pipeline::ingest::spill::plan::{Block, Plan};
-use crate::pipeline::ingest::spill::run::{HEADER, Record, Run, chunk_length, decode_chunk};
+use crate::pipeline::ingest::point_store::Record;
+use crate::pipeline::ingest::spill::run::{HEADER, chunk_length, decode_chunk};
 use crate::pipeline::ingest::spill::{SAMPLE, Spill, Spilled};
 use crate::pipeline::options::{DuplicateRule, Duplicates, Progress};
+use crate::pipeline::plan::{Block, Plan, Run};
 use crate::shown;
 use crate::store::{KdNode, KdTree, TileId};
 

@@ -19,40 +19,13 @@ use std::path::{Path, PathBuf};
 
 use crate::constraints::without_z::NO_Z;
 use crate::geometry::Point;
+use crate::pipeline::ingest::point_store::Record;
+use crate::pipeline::plan::{Run, path_of_run};
 
 /// Bytes of a chunk's header.
 pub(crate) const HEADER: usize = 16;
 /// The most bytes that a point takes in a chunk.
 const MAX_POINT: usize = 16 + 8 + 10;
-
-/// A point with what goes with it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Record {
-    pub(crate) point: Point,
-    pub(crate) z: f64,
-    pub(crate) record: u64,
-}
-
-/// A finished run.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Run {
-    /// Its number, which is in the name of its file.
-    pub(crate) number: u32,
-    pub(crate) points: u64,
-    /// Bytes of the file.
-    pub(crate) length: u64,
-}
-
-impl Run {
-    /// The file of the run in the work folder.
-    pub(crate) fn path(&self, folder: &Path) -> PathBuf {
-        path(folder, self.number)
-    }
-}
-
-fn path(folder: &Path, number: u32) -> PathBuf {
-    folder.join(format!("run-{number}"))
-}
 
 /// A run while it is written: whole chunks go to the end of its file.
 #[derive(Debug)]
@@ -77,7 +50,7 @@ impl RunWriter {
                 number,
                 ..Run::default()
             },
-            path: path(folder, number),
+            path: path_of_run(folder, number),
             file: None,
             coordinates: Vec::new(),
             z: Vec::new(),

@@ -3,15 +3,14 @@
 use foldhash::HashMap;
 
 use crate::geometry::{Orientation, Point, orient2d};
-use crate::query::route::WayPoint;
-use crate::query::wave::distance;
+use crate::query::answer::{WayPoint, distance};
 
 /// No node, or no ray.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// A piece of an obstacle's boundary, or of a wall.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Edge {
+pub(crate) struct Edge {
     pub(super) nodes: [u32; 2],
     pub(super) points: [Point; 2],
     /// Whether one may be on its left, and on its right.
@@ -29,7 +28,7 @@ pub(super) struct Node {
 ///
 /// Edges must not cross, and no node may lie within one: an edge with a point on it is two.
 #[derive(Debug, Default)]
-pub(in crate::query::baselines) struct LocalGraph {
+pub(crate) struct LocalGraph {
     pub(super) nodes: Vec<Node>,
     pub(super) edges: Vec<Edge>,
     /// The next ray of the same node. Ray 2e leaves the first end of edge e, ray 2e + 1 the second.
@@ -39,7 +38,7 @@ pub(in crate::query::baselines) struct LocalGraph {
 
 impl LocalGraph {
     /// The node at a point; a new one if there is none.
-    pub(in crate::query::baselines) fn node(&mut self, way_point: WayPoint) -> u32 {
+    pub(crate) fn node(&mut self, way_point: WayPoint) -> u32 {
         let point = way_point.0;
         let number = self.nodes.len() as u32;
         let node = *self
@@ -56,7 +55,7 @@ impl LocalGraph {
     }
 
     /// Adds an edge, with whether one may be on its left and on its right.
-    pub(in crate::query::baselines) fn add_edge(&mut self, ends: [WayPoint; 2], free: [bool; 2]) {
+    pub(crate) fn add_edge(&mut self, ends: [WayPoint; 2], free: [bool; 2]) {
         let nodes = ends.map(|end| self.node(end));
         let ray = self.next_rays.len() as u32;
         for (node, ray) in nodes.into_iter().zip(ray..) {
@@ -70,12 +69,12 @@ impl LocalGraph {
         });
     }
 
-    pub(in crate::query::baselines) fn node_count(&self) -> usize {
+    pub(crate) fn node_count(&self) -> usize {
         self.nodes.len()
     }
 
     /// A node's point, and its vertex.
-    pub(in crate::query::baselines) fn way_point(&self, node: u32) -> WayPoint {
+    pub(crate) fn way_point(&self, node: u32) -> WayPoint {
         self.nodes[node as usize].way_point
     }
 

@@ -6,13 +6,13 @@
 //!
 //! - A node is swept when the search settles it, and only as far as the search may still go: most nodes never are.
 //! - Only tangents are looked for: where a path turns, the obstacle is on the inside of the turn. A node turns in one of its
-//!   sectors or in none (see [`ground`](crate::query::ground)), so a node of the search is a vertex and the side that paths turn to there.
+//!   sectors or in none (see [`ground`](crate::query::free_space::ground)), so a node of the search is a vertex and the side that paths turn to there.
 //! - What a ray passes is told by the edges at the nodes on it, to the left and to the right of the ray: nothing leaks through
 //!   where edges meet, and one walks along an edge on a side of it.
 //!
 //! It has no I/O, and all turns are exact.
 
-mod edges;
+pub(crate) mod edges;
 mod search;
 mod status;
 mod sweep;

@@ -6,17 +6,17 @@ use std::collections::BinaryHeap;
 use super::edges::{LocalGraph, NONE};
 use super::sweep::{Range, Seen, Side, Sweep};
 use crate::geometry::{Orientation, orient2d};
-use crate::query::route::WayPoint;
+use crate::query::answer::WayPoint;
 
 /// Ways whose lengths differ by less than this part may be equally long but for rounding, so that neither rules out the other.
 const TIE: f64 = 1.0 + 1e-12;
 
 /// A target that was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::query) struct Found {
-    pub(in crate::query) node: u32,
+pub(crate) struct Found {
+    pub(crate) node: u32,
     /// The way to it.
-    pub(in crate::query) length: f64,
+    pub(crate) length: f64,
     /// Where it turns last.
     turn: u32,
 }
@@ -51,7 +51,7 @@ struct Target {
 
 /// A search from a node to targets, nearest first.
 #[derive(Debug)]
-pub(in crate::query) struct Search<'g> {
+pub(crate) struct Search<'g> {
     graph: &'g LocalGraph,
     source: u32,
     /// Nothing farther away is wanted; it comes down as targets are seen.
@@ -73,15 +73,15 @@ pub(in crate::query) struct Search<'g> {
     found: Vec<Found>,
     count: usize,
     /// Nodes that were swept.
-    pub(in crate::query) swept: u64,
+    pub(crate) swept: u64,
     /// Nodes that those saw: edges of the visibility graph.
-    pub(in crate::query) links: u64,
+    pub(crate) links: u64,
 }
 
 impl<'g> Search<'g> {
     /// A search for the nearest targets, until so many are found or none is within the limit. Each target is a node and how many of
     /// those that are wanted are at it.
-    pub(in crate::query) fn new(
+    pub(crate) fn new(
         graph: &'g LocalGraph,
         source: u32,
         targets: impl IntoIterator<Item = (u32, usize)>,
@@ -143,7 +143,7 @@ impl<'g> Search<'g> {
     }
 
     /// Goes on for so many sweeps, or to the end; returns whether that is reached.
-    pub(in crate::query) fn go(&mut self, sweeps: u64) -> bool {
+    pub(crate) fn go(&mut self, sweeps: u64) -> bool {
         if self.swept == 0 {
             self.reach_target(self.source, 0.0, NONE);
             self.sweep_from(self.source, Range::All, 0.0, NONE);
@@ -178,12 +178,12 @@ impl<'g> Search<'g> {
     }
 
     /// The targets that are nearest, in order; all of those that are as far away as the last one.
-    pub(in crate::query) fn found(&self) -> &[Found] {
+    pub(crate) fn found(&self) -> &[Found] {
         &self.found
     }
 
     /// The way to a target: the source, the nodes at which it turns, and the target.
-    pub(in crate::query) fn way(&self, found: &Found) -> Vec<WayPoint> {
+    pub(crate) fn way(&self, found: &Found) -> Vec<WayPoint> {
         let mut way = vec![self.graph.way_point(found.node)];
         let mut turn = found.turn;
         while turn != NONE {

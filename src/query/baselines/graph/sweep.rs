@@ -10,9 +10,8 @@ use std::cmp::Ordering;
 
 use super::edges::{LocalGraph, Ray, is_ahead, same_direction};
 use super::status::{Crossed, Status};
-use crate::geometry::{Orientation, Point, orient2d};
-
-use Orientation::{Clockwise, Collinear, CounterClockwise};
+use crate::geometry::Orientation::{Clockwise, Collinear, CounterClockwise};
+use crate::geometry::{Point, orient2d};
 
 /// A side of a way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

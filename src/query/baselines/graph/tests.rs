@@ -2,11 +2,14 @@
 
 use proptest::prelude::*;
 
-use super::sweep::{Range, Side, Sweep};
-use super::{LocalGraph, Search};
 use crate::geometry::{Orientation, Point, orient2d, segments_cross};
+use crate::query::baselines::graph::edges::LocalGraph;
+use crate::query::baselines::graph::search::Search;
+use crate::query::baselines::graph::sweep::{Range, Side, Sweep};
 
-use Orientation::{Clockwise, Collinear, CounterClockwise};
+use Orientation::Clockwise;
+use Orientation::Collinear;
+use Orientation::CounterClockwise;
 
 /// Walls between points, and points in the open.
 struct Scene {

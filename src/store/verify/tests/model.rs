@@ -8,7 +8,7 @@ use crate::geometry::{Point, Rect};
 use crate::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use crate::io::{Buffers, MemoryFile};
 use crate::mesh::NONE;
-use crate::store::directory::Directory;
+use crate::store::format::directory::Directory;
 use crate::store::verify::VerifyError;
 use crate::store::{
     BorderDraft, Component, CoreDraft, ELSEWHERE, EdgeSource, HULL, OpenOptions, Tile, TileEntry, TileId, TileReader,
@@ -119,12 +119,10 @@ impl Model {
     ) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("right.tiles");
-        let options = BuildOptions {
-            tile_vertices,
-            threads: 1,
-            missing_z: MissingZ::Zero,
-            ..BuildOptions::default()
-        };
+        let options = BuildOptions::default()
+            .tile_vertices(tile_vertices)
+            .threads(1)
+            .missing_z(MissingZ::Zero);
         run(async {
             let mut builder = Builder::new(&path, options).unwrap();
             for (ends, source) in lines {

@@ -67,10 +67,7 @@ impl Random {
 
 async fn arena(folder: &Path) -> Result<TileReader> {
     let path = folder.join("arena.tiles");
-    let options = BuildOptions {
-        exterior_is_hole: true,
-        ..BuildOptions::default()
-    };
+    let options = BuildOptions::default().exterior_is_hole(true);
     let mut builder = Builder::new(&path, options)?;
     let file = data("arena/arena.poly");
     let mut batch = SegmentBatch::default();

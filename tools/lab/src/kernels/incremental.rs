@@ -15,8 +15,8 @@ use std::time::Duration;
 
 use cpu_time::ThreadTime;
 
-use delaunay_tiles::geometry::{Orientation, Point, Rect, in_circle, orient2d};
-use delaunay_tiles::mesh::{Engine, NONE, Triangulation};
+use delaunay_tiles::geometry::{HalfEdge, Orientation, Point, Rect, in_circle, orient2d};
+use delaunay_tiles::mesh::{Engine, Triangulation};
 
 use super::hilbert::Curve;
 
@@ -78,8 +78,8 @@ pub struct Incremental {
     /// The points in the order of insertion; vertices are positions in it.
     points: Vec<Point>,
     triangles: Vec<Tri>,
-    /// For each triangle its number in the result, [`NONE`] for ghosts.
-    renumbered: Vec<u32>,
+    /// For each triangle its number in the result, none for ghosts.
+    renumbered: Vec<Option<u32>>,
     cavity: Cavity,
     /// How long the last call took to order the points, to insert them, and to write the result.
     pub parts: [Duration; 3],
@@ -301,7 +301,7 @@ impl Incremental {
         let mut ghost_edge = None;
         for (i, triangle) in (0..).zip(&self.triangles) {
             let ghost = (0..).zip(triangle.corners).find(|c| c.1 == GHOST);
-            self.renumbered.push(if ghost.is_some() { NONE } else { count });
+            self.renumbered.push(ghost.is_none().then_some(count));
             count += u32::from(ghost.is_none());
             if let Some((corner, _)) = ghost {
                 ghost_edge = Some(Side::new(i, corner).next());
@@ -311,11 +311,10 @@ impl Incremental {
         mesh.neighbours.reserve(count as usize);
         for triangle in self.triangles.iter().filter(|t| !t.corners.contains(&GHOST)) {
             mesh.triangles.push(triangle.corners.map(|v| self.indices[v as usize]));
-            mesh.neighbours
-                .push(triangle.twins.map(|twin| match self.renumbered[twin.triangle()] {
-                    NONE => NONE,
-                    number => 3 * number + twin.corner() as u32,
-                }));
+            mesh.neighbours.push(triangle.twins.map(|twin| {
+                let number = self.renumbered[twin.triangle()];
+                number.map(|number| HalfEdge::new(number, twin.corner() as u32)).into()
+            }));
         }
         let first = ghost_edge.expect("a triangulation has a hull");
         let mut edge = first;

@@ -1,7 +1,7 @@
 //! The second candidate gives the same triangles as the library's kernel: or its times would mean nothing.
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::mesh::{Engine, EngineKind, NONE, Triangulation, next_side};
+use delaunay_tiles::mesh::{Engine, EngineKind, Topology, Triangulation};
 use distributions::Kind;
 use lab::kernels::Input;
 use lab::kernels::incremental::{Incremental, Order};
@@ -36,11 +36,10 @@ fn check(engines: &mut [Box<dyn Engine>; 3], points: &[Point], what: &str) {
     for mesh in [hilbert, brio] {
         assert_eq!(sorted_triangles(&mesh), sorted_triangles(&expected), "{what}");
         assert_eq!(hull(&mesh), hull(&expected), "{what}");
-        for side in 0..3 * mesh.triangles.len() as u32 {
-            let twin = mesh.twin(side);
-            if twin != NONE {
-                assert_eq!(mesh.twin(twin), side, "{what}");
-                assert_eq!(mesh.origin(twin), mesh.origin(next_side(side)), "{what}");
+        for side in mesh.half_edges() {
+            if let Some(twin) = mesh.twin(side).half_edge() {
+                assert_eq!(mesh.twin(twin).half_edge(), Some(side), "{what}");
+                assert_eq!(mesh.origin(twin), mesh.destination(side), "{what}");
             }
         }
     }

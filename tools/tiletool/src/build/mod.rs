@@ -8,7 +8,7 @@ use std::thread::available_parallelism;
 
 use bytesize::ByteSize;
 use clap::Args;
-use delaunay_tiles::input::{InputError, InputOptions, PointBatch, PointSource, Reading, Returns};
+use delaunay_tiles::input::{InputError, PointBatch, PointSource, Reading, Returns};
 use delaunay_tiles::io::output_target;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::Source;
@@ -90,14 +90,12 @@ const BATCHES_AHEAD: usize = 8;
 
 /// Builds a file.
 pub fn run(args: BuildArgs) -> anyhow::Result<()> {
-    let mut options = BuildOptions {
-        tile_vertices: args.tile_vertices,
-        engine: args.engine,
-        duplicates: args.duplicates,
-        force: args.force,
-        work_folder: args.tmp.clone(),
-        ..BuildOptions::default()
-    };
+    let mut options = BuildOptions::default()
+        .tile_vertices(args.tile_vertices)
+        .engine(args.engine)
+        .duplicates(args.duplicates)
+        .force(args.force)
+        .work_folder(args.tmp.clone());
     options.threads = args
         .threads
         .unwrap_or_else(|| available_parallelism().map_or(1, usize::from));
@@ -106,11 +104,8 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     }
     options.missing_z = args.missing_z.option();
     allocator::keep_to(options.memory);
-    let input_options = InputOptions {
-        missing_z: options.missing_z,
-        ..args.input.options()
-    };
-    let is_filtered = !input_options.classes.is_empty() || input_options.returns != Returns::All;
+    let input_options = args.input.options().missing_z(options.missing_z);
+    let is_filtered = !args.input.classes.is_empty() || args.input.returns != Returns::All;
     let source = PointSource::open(&args.inputs, &input_options)?;
     let lines = args.lines.open(&args.inputs)?;
     // A .poly file is read for its points and for its segments.

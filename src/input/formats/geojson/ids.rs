@@ -1,0 +1,36 @@
+//! The ids of features: a property, or the member `id`.
+
+use super::json::{Json, ValueType};
+use crate::input::flaw::Flaw;
+use crate::input::{InputError, SiteId};
+
+/// An id, or what is wrong with it.
+pub type FoundId = Result<SiteId, Flaw>;
+
+/// Passes over `properties`, but for the wanted one. Gives the last value that it has there; `Some(None)` if that is null.
+pub fn read_property(json: &mut Json, wanted: Option<&str>) -> Result<Option<Option<FoundId>>, InputError> {
+    if json.peek()? != ValueType::Object {
+        return json.skip().map(|()| None);
+    }
+    let mut found = None;
+    json.begin_object()?;
+    while json.has_next()? {
+        if Some(json.name()?) == wanted {
+            found = Some(read_id(json)?);
+        } else {
+            json.skip()?;
+        }
+    }
+    json.end_object()?;
+    Ok(found)
+}
+
+/// An id; `None` if it is null.
+pub fn read_id(json: &mut Json) -> Result<Option<FoundId>, InputError> {
+    match json.peek()? {
+        ValueType::Null => json.skip().map(|()| None),
+        ValueType::String => Ok(Some(SiteId::from_text(json.string()?))),
+        ValueType::Number => Ok(Some(SiteId::from_field(json.number_text()?.as_bytes()))),
+        _ => json.skip().map(|()| Some(Err(Flaw::StrangeId))),
+    }
+}

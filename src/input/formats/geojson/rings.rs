@@ -1,0 +1,209 @@
+//! The rings of GeoJSON's polygons, directed so that the polygon is on the left of every segment.
+//!
+//! In: polygons of either winding, their rings closed or not. Out: outer rings counter-clockwise, inner ones clockwise, by
+//! the exact sign of their area. Why no look at more than that sign: whatever goes there and back within a ring (spikes,
+//! bridges) cancels out in whichever direction the ring goes.
+//!
+//! A ring without area encloses nothing, and neither do the inner rings of a polygon whose outer one has none. Their segments
+//! still block the way, so they come, but each in both directions: no side of it is the inside.
+
+use super::event::{Event, Kind};
+use super::features::Features;
+use crate::geometry::{Orientation, Point, area_sign, orient2d};
+use crate::input::bytes::ByteInput;
+use crate::input::flaw::Flaw;
+use crate::input::lines::LineTally;
+use crate::input::reader::{Reader, Sink};
+use crate::input::spot::Spot;
+use crate::input::{InputError, RecordKind, SegmentBatch};
+use crate::shown;
+use std::cmp::Ordering;
+
+pub struct Rings {
+    features: Features,
+    /// The vertices of the ring at hand, each once. No two neighbours are equal.
+    ring: Vec<Spot>,
+    /// How the ring is handed out, if it is at its end.
+    due: Option<Due>,
+    /// Whether the outer ring of the polygon at hand has an area.
+    has_area: bool,
+    /// Polygons that were begun.
+    polygons: u64,
+    name: String,
+    unclosed: u64,
+    flat: u64,
+    lone: u64,
+}
+
+/// A ring that is handed out.
+#[derive(Clone, Copy)]
+struct Due {
+    both_ways: bool,
+    /// The segments so far.
+    given: usize,
+}
+
+fn is_polygon(kind: Kind) -> bool {
+    matches!(kind, Kind::Polygon | Kind::MultiPolygon)
+}
+
+fn no_polygon(kind: Kind) -> Flaw {
+    Flaw::NoPolygon {
+        kind: format!("{kind:?}"),
+    }
+}
+
+/// Whether a ring without area has no lobes either: it lies on one line, or goes every way back that it has gone.
+fn is_flat(ring: &[Spot]) -> bool {
+    let Some(first) = ring.first() else { return true };
+    let second = ring.iter().find(|spot| spot.point != first.point);
+    let is_on_line = |other: &Spot| {
+        second.is_none_or(|second| orient2d(first.point, second.point, other.point) == Orientation::Collinear)
+    };
+    if ring.iter().all(is_on_line) {
+        return true;
+    }
+    let next = ring.iter().cycle().skip(1);
+    let ways = ring
+        .iter()
+        .zip(next)
+        .map(|(from, to)| match from.point.lex_cmp(to.point) {
+            Ordering::Less => ([from.point, to.point], 1),
+            _ => ([to.point, from.point], -1),
+        });
+    let mut ways: Vec<([Point; 2], i64)> = ways.collect();
+    ways.sort_unstable_by(|([a, b], _), ([c, d], _)| a.lex_cmp(*c).then(b.lex_cmp(*d)));
+    let mut same = ways.chunk_by(|one, other| one.0 == other.0);
+    same.all(|same| same.iter().map(|(_, way)| way).sum::<i64>() == 0)
+}
+
+impl Rings {
+    pub fn new(input: ByteInput) -> Result<Self, InputError> {
+        let name = shown::path(&input.path);
+        Ok(Self {
+            features: Features::new(input, None, is_polygon)?,
+            ring: Vec::new(),
+            due: None,
+            has_area: false,
+            polygons: 0,
+            name,
+            unclosed: 0,
+            flat: 0,
+            lone: 0,
+        })
+    }
+
+    /// The ring at hand is at its end: which one of its polygon.
+    fn end_ring(&mut self, number: u64) {
+        if let [first, .., last] = self.ring[..] {
+            if first.point == last.point {
+                self.ring.pop();
+            } else {
+                self.unclosed += 1;
+            }
+        }
+        let area = area_sign(self.ring.iter().map(|end| end.point));
+        let is_outer = number == 0;
+        if is_outer {
+            // An outer ring whose lobes cancel out encloses them, one of them the wrong way round.
+            self.has_area = area != Ordering::Equal || !is_flat(&self.ring);
+            self.polygons += 1;
+        }
+        // Nobody tells of an empty outer ring before the first position of the file.
+        self.polygons = self.polygons.max(1);
+        let both_ways = match is_outer {
+            true => !self.has_area,
+            false => area == Ordering::Equal || !self.has_area,
+        };
+        self.flat += u64::from(both_ways && self.ring.len() > 1);
+        self.lone += u64::from(self.ring.len() == 1);
+        if let [_, rest @ ..] = &mut self.ring[..]
+            && is_outer != (area == Ordering::Greater)
+            && (area != Ordering::Equal || both_ways)
+        {
+            rest.reverse();
+        }
+        self.due = Some(Due { both_ways, given: 0 });
+    }
+
+    /// Hands out a segment of a ring at its end.
+    fn give(&mut self, due: Due, sink: &mut Sink<'_, SegmentBatch>) {
+        let n = self.ring.len();
+        let segments = if due.both_ways { 2 * n } else { n };
+        if n < 2 || due.given == segments {
+            self.ring.clear();
+            self.due = None;
+            return;
+        }
+        let at = if due.both_ways { due.given / 2 } else { due.given };
+        let mut ends = [self.ring[at], self.ring[(at + 1) % n]];
+        if due.both_ways && due.given % 2 == 1 {
+            ends.reverse();
+        }
+        sink.side(ends, self.features.ended(), self.polygons - 1);
+        self.due = Some(Due {
+            given: due.given + 1,
+            ..due
+        });
+    }
+}
+
+impl Reader<SegmentBatch> for Rings {
+    fn has_z(&self) -> bool {
+        self.features.has_z()
+    }
+
+    fn tally(&self) -> LineTally {
+        LineTally {
+            lines: self.features.ended(),
+            polygons: self.polygons,
+        }
+    }
+
+    fn fill(&mut self, sink: &mut Sink<'_, SegmentBatch>) -> Result<bool, InputError> {
+        while !sink.is_full() {
+            if let Some(due) = self.due {
+                self.give(due, sink);
+                continue;
+            }
+            let number = sink.line(self.features.ended());
+            let wrong = |place, flaw: &Flaw| sink.wrong(RecordKind::Obstacle, number, place, flaw);
+            match self.features.next_event()? {
+                None => return Ok(false),
+                Some(Event::Position(position)) => {
+                    let end = match self.features.json().kind() {
+                        Some(kind) if !is_polygon(kind) => Err(no_polygon(kind)),
+                        _ => position.spot(),
+                    };
+                    let end = end.map_err(|flaw| wrong(position.place(), &flaw))?;
+                    if self.ring.last().is_none_or(|last| last.point != end.point) {
+                        self.ring.push(end);
+                    }
+                }
+                Some(Event::LineEnd(number)) => self.end_ring(number),
+                Some(Event::Geometry(kind, place)) if !is_polygon(kind) => {
+                    return Err(wrong(place, &no_polygon(kind)));
+                }
+                Some(Event::Geometry(..)) => self.has_area = false,
+                Some(Event::Record(_)) => {}
+            }
+        }
+        Ok(true)
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let found = [
+            (self.unclosed, "do not end where they begin; they were closed"),
+            (
+                self.flat,
+                "enclose nothing, since they, or the outer rings around them, have no area; their segments still \
+                 block the way",
+            ),
+            (self.lone, "have one position only; they were left out"),
+        ];
+        let found = found.into_iter().filter(|(rings, _)| *rings > 0);
+        found
+            .map(|(rings, what)| format!("{}: {rings} rings {what}", self.name))
+            .collect()
+    }
+}

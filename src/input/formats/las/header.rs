@@ -1,0 +1,118 @@
+//! What the header of a LAS file tells, and the records of variable length behind it.
+
+use super::problem::{FileReader, Problem, trimmed};
+use ::las::raw::Vlr;
+use ::las::raw::header::Header;
+use std::io::{Read, Seek, SeekFrom};
+
+/// The longest coordinate reference system that is read from an extended record.
+const LONGEST_WKT: u64 = 1 << 20;
+
+/// The header, from the file's beginning.
+pub fn header(file: &mut FileReader) -> Result<Header, Problem> {
+    let mut magic = [0; 4];
+    match file.read_exact(&mut magic) {
+        Ok(()) if magic == *b"LASF" => {}
+        _ => {
+            return Err(Problem {
+                hint: "this is no LAS or LAZ file",
+                ..Problem::damaged("the file does not begin with `LASF`")
+            });
+        }
+    }
+    let seek_start = file.seek(SeekFrom::Start(0)).map(drop);
+    seek_start
+        .map_err(::las::Error::from)
+        .and_then(|()| Header::read_from(file))
+        .map_err(|error| Problem::cut_short("the header cannot be read").caused_by(error))
+}
+
+/// The number of points: the former field wins if it is not zero, as the specification wants.
+pub fn count(header: &Header) -> u64 {
+    match (header.number_of_point_records, &header.large_file) {
+        (0, Some(large)) => large.number_of_point_records,
+        (count, _) => u64::from(count),
+    }
+}
+
+/// The variable length records. Each one has 64 KiB at most, and all of them end before the points.
+pub fn records(file: &mut FileReader, header: &Header, end: u64) -> Result<Vec<Vlr>, Problem> {
+    const SHORTEST: u64 = 54;
+    let mut records = Vec::new();
+    let mut position = u64::from(header.header_size);
+    let number = header.number_of_variable_length_records;
+    for n in 0..number {
+        if position + SHORTEST > end {
+            return Err(Problem::cut_short(format!(
+                "variable length record {n} of {number} is not before the points (byte {end})"
+            )));
+        }
+        let read = match file.seek(SeekFrom::Start(position)) {
+            Ok(_) => Vlr::read_from(&mut *file, false),
+            Err(error) => Err(error.into()),
+        };
+        let record = read.map_err(|error| {
+            Problem::cut_short(format!("variable length record {n} of {number} cannot be read")).caused_by(error)
+        })?;
+        position += SHORTEST + record.data.len() as u64;
+        // Only these are looked at later: a file may have many others.
+        if matches!(trimmed(&record.user_id), b"LASF_Projection" | b"laszip encoded") {
+            records.push(record);
+        }
+    }
+    if position > end {
+        return Err(Problem::cut_short(format!(
+            "variable length records reach behind byte {end}"
+        )));
+    }
+    Ok(records)
+}
+
+/// The coordinate reference system as WKT, or `EPSG:…` from GeoTIFF keys.
+pub fn crs(records: &[Vlr]) -> Option<String> {
+    let find = |id: u16| {
+        let is_it = |r: &&Vlr| r.record_id == id && trimmed(&r.user_id) == b"LASF_Projection";
+        records.iter().find(is_it).map(|r| &r.data[..])
+    };
+    if let Some(wkt) = find(2112).and_then(wkt) {
+        return Some(wkt);
+    }
+    // GeoTIFF's directory: a header of four u16, then key, place, count, value for each key.
+    let (numbers, _) = find(34735)?.as_chunks::<2>();
+    let numbers: Vec<u16> = numbers.iter().map(|&n| u16::from_le_bytes(n)).collect();
+    let (entries, _) = numbers.get(4..)?.as_chunks::<4>();
+    let value = |key: u16| {
+        let entry = entries.iter().find(|e| e[0] == key && e[1] == 0)?;
+        // 32767 is "user-defined".
+        (entry[3] > 0 && entry[3] < 32767).then(|| format!("EPSG:{}", entry[3]))
+    };
+    value(3072).or_else(|| value(2048))
+}
+
+fn wkt(data: &[u8]) -> Option<String> {
+    let text = String::from_utf8_lossy(trimmed(data)).trim().to_owned();
+    (!text.is_empty()).then_some(text)
+}
+
+/// The WKT in an extended record, if there is one and all is well: it is mere metadata.
+pub fn extended_wkt(file: &mut FileReader, header: &Header, size: u64) -> Option<String> {
+    let evlr = header.evlr?;
+    let mut position = evlr.start_of_first_evlr;
+    for _ in 0..evlr.number_of_evlrs {
+        if position.checked_add(60)? > size {
+            return None;
+        }
+        file.seek(SeekFrom::Start(position)).ok()?;
+        let mut head = [0; 60];
+        file.read_exact(&mut head).ok()?;
+        let length = u64::from_le_bytes(head[20..28].try_into().ok()?);
+        position = position.checked_add(60)?.checked_add(length)?;
+        let id = u16::from_le_bytes([head[18], head[19]]);
+        if trimmed(&head[2..18]) == b"LASF_Projection" && id == 2112 {
+            let mut data = Vec::new();
+            file.take(length.min(LONGEST_WKT)).read_to_end(&mut data).ok()?;
+            return wkt(&data);
+        }
+    }
+    None
+}

@@ -1,0 +1,288 @@
+//! Decompression of LAZ, with everything checked that the crate `laz` believes.
+//!
+//! In: a file at its point data, and the LASzip record of its header. Out: point records as in LAS.
+//! Format: LASzip 2 and 3 (chunks of points; from point format 6 on a chunk's fields are in layers).
+//!
+//! ```text
+//!   point data:  [i64: where the table is] chunk 0 | chunk 1 | ... | table
+//!   layered chunk:  first point, raw | u32: points | u32 per layer: its bytes | layers
+//!   table:  u32 version | u32: chunks | compressed entries (points), bytes
+//! ```
+//!
+//! What `laz` 0.13 does with hostile numbers, and what is done here before it gets them: it
+//! allocates 16 bytes per chunk that the table claims (at most [`LARGEST_TABLE`] of the file's size
+//! are let through), the bytes that each layer claims (compared with what is left of the file),
+//! some 10 KiB per extra byte (limited by the record length); it indexes the table by chunk and
+//! panics behind its end, and it loops over chunks of no points (the table must have as many points
+//! as the header). Its arithmetic decoder can still divide by zero or index out of range on damaged
+//! data: there is no way to check these without decoding, so that such a panic is caught and
+//! becomes an error (where panics unwind; `caught` keeps the program's panic hook from reporting
+//! it).
+
+use super::layout::Layout;
+use super::problem::{CUT_SHORT, FileReader, Problem, trimmed};
+use crate::input::caught::catch;
+use ::las::raw::Vlr;
+use laz::laszip::ChunkTable;
+use laz::{DecompressionSelection, LasZipDecompressor, LazItemType, LazVlr};
+use std::io::{Read, Seek, SeekFrom};
+
+/// Bytes of the file for each chunk at least: its first point is stored as it is, and the smallest has 20.
+const LARGEST_TABLE: u64 = 20;
+
+pub struct Laz {
+    decompressor: LasZipDecompressor<'static, FileReader>,
+    size: u64,
+    length: usize,
+    chunks: Chunks,
+    /// Points left in the chunk.
+    left: u64,
+    /// The layers of a chunk; `None` if it has none.
+    layers: Option<usize>,
+    /// The decoder panicked: its state is not to be trusted.
+    broken: bool,
+}
+
+/// The points of the chunks to come.
+enum Chunks {
+    Fixed(u64),
+    Table(std::vec::IntoIter<u64>),
+}
+
+impl Laz {
+    pub fn new(
+        mut file: FileReader,
+        size: u64,
+        start: u64,
+        count: u64,
+        records: &[Vlr],
+        layout: Layout,
+    ) -> Result<Self, Problem> {
+        let is_it = |r: &&Vlr| r.record_id == LazVlr::RECORD_ID && trimmed(&r.user_id) == LazVlr::USER_ID.as_bytes();
+        let Some(record) = records.iter().find(is_it) else {
+            return Err(Problem::damaged("compressed points, but no record that tells how"));
+        };
+        let mut data = record.data.clone();
+        if is_pointwise(&data)
+            && let Some(chunk_size) = data.get_mut(12..16)
+        {
+            // It has one chunk. Old files have any size here, and the crate panics at what means
+            // that sizes differ.
+            chunk_size.copy_from_slice(&u32::MAX.wrapping_sub(1).to_le_bytes());
+        }
+        let vlr = LazVlr::from_buffer(&data)
+            .map_err(|error| Problem::damaged("the record that tells the compression is wrong").caused_by(error))?;
+        let layers = check_items(&vlr, &record.data, layout)?;
+        let chunks = if is_pointwise(&record.data) {
+            // One chunk, as `laz` has it.
+            Chunks::Fixed(u64::from(u32::MAX))
+        } else {
+            let table = read_table(&mut file, size, start, &vlr)?;
+            check_table(&vlr, table, count)?
+        };
+        file.seek(SeekFrom::Start(start))
+            .map_err(|error| Problem::cut_short("the points cannot be found").caused_by(error))?;
+        // What is not read need not be decompressed; only layers can be left out.
+        let selection = DecompressionSelection::xy_returns_channel()
+            .decompress_z()
+            .decompress_classification()
+            .decompress_flags();
+        let decompressor = match catch(|| LasZipDecompressor::selective(file, vlr, selection)) {
+            Some(Ok(decompressor)) => decompressor,
+            Some(Err(error)) => return Err(undecodable().caused_by(error)),
+            None => return Err(undecodable()),
+        };
+        Ok(Self {
+            decompressor,
+            size,
+            length: layout.length,
+            chunks,
+            left: 0,
+            layers,
+            broken: false,
+        })
+    }
+
+    /// Fills the buffer with whole records.
+    pub fn read(&mut self, mut buffer: &mut [u8]) -> Result<(), Problem> {
+        while !buffer.is_empty() {
+            if self.left == 0 {
+                self.next_chunk()?;
+            }
+            let points = ((buffer.len() / self.length) as u64).min(self.left);
+            let (now, later) = buffer.split_at_mut(points as usize * self.length);
+            self.decompress(now)?;
+            self.left -= points;
+            buffer = later;
+        }
+        Ok(())
+    }
+
+    fn next_chunk(&mut self) -> Result<(), Problem> {
+        self.left = match &mut self.chunks {
+            Chunks::Fixed(points) => *points,
+            Chunks::Table(table) => table
+                .next()
+                .ok_or_else(|| Problem::damaged("the chunk table has fewer points than the header"))?,
+        };
+        match self.layers {
+            Some(layers) => self.check_layers(layers),
+            None => Ok(()),
+        }
+    }
+
+    /// Compares the sizes of the layers of the chunk to come with what is left of the file.
+    fn check_layers(&mut self, layers: usize) -> Result<(), Problem> {
+        let file = self.decompressor.get_mut();
+        let mut head = vec![0; self.length + 4 + 4 * layers];
+        let mut check = || {
+            file.read_exact(&mut head)?;
+            let position = file.stream_position()?;
+            file.seek_relative(-(head.len() as i64))?;
+            Ok(position)
+        };
+        let position: u64 = check().map_err(|error: std::io::Error| {
+            Problem::cut_short("a chunk of points begins behind the end of the file").caused_by(error)
+        })?;
+        let (sizes, _) = head[self.length + 4..].as_chunks::<4>();
+        let sum: u64 = sizes.iter().map(|&size| u64::from(u32::from_le_bytes(size))).sum();
+        let rest = self.size.saturating_sub(position);
+        if sum > rest {
+            return Err(Problem::cut_short(format!(
+                "a chunk of {sum} bytes, where {rest} bytes are left of the file"
+            )));
+        }
+        Ok(())
+    }
+
+    fn decompress(&mut self, buffer: &mut [u8]) -> Result<(), Problem> {
+        if self.broken {
+            return Err(undecodable());
+        }
+        let decompressor = &mut self.decompressor;
+        // See the head of this file. What is left behind by a panic is never used again.
+        let result = catch(|| decompressor.decompress_many(buffer));
+        self.broken = !matches!(result, Some(Ok(())));
+        match result {
+            Some(Ok(())) => Ok(()),
+            Some(Err(error)) => Err(Problem {
+                hint: CUT_SHORT,
+                ..undecodable()
+            }
+            .caused_by(error)),
+            None => Err(undecodable()),
+        }
+    }
+}
+
+/// The error of points that the decoder gives up on.
+fn undecodable() -> Problem {
+    Problem {
+        hint: "the file is damaged, or compressed in a way that is not supported",
+        ..Problem::damaged("the points cannot be decompressed")
+    }
+}
+
+/// Whether the LASzip record tells the compressor without chunks.
+fn is_pointwise(record: &[u8]) -> bool {
+    record.starts_with(&[1, 0])
+}
+
+/// Whether the items of a record are what the point format has, and how many layers they have.
+fn check_items(vlr: &LazVlr, record: &[u8], layout: Layout) -> Result<Option<usize>, Problem> {
+    let items = vlr.items();
+    let first = match layout.extended {
+        true => LazItemType::Point14,
+        false => LazItemType::Point10,
+    };
+    let mut length = 0;
+    let mut layers = 0;
+    let mut sound = items.first().is_some_and(|item| item.item_type() == first);
+    for (n, item) in items.iter().enumerate() {
+        let (size, item_layers) = match item.item_type() {
+            LazItemType::Byte(size) => (size, 0),
+            LazItemType::Point10 => (20, 0),
+            LazItemType::GpsTime => (8, 0),
+            LazItemType::RGB12 => (6, 0),
+            LazItemType::WavePacket13 => (29, 0),
+            LazItemType::Point14 => (30, 9),
+            LazItemType::RGB14 => (6, 1),
+            LazItemType::RGBNIR14 => (8, 2),
+            LazItemType::WavePacket14 => (29, 1),
+            LazItemType::Byte14(size) => (size, usize::from(size)),
+        };
+        sound &= item.size() == size && (n == 0 || item.item_type() != first);
+        sound &= matches!((layout.extended, item.version()), (false, 1 | 2) | (true, 3 | 4));
+        length += usize::from(size);
+        layers += item_layers;
+    }
+    let compressor = record.first().copied().unwrap_or_default();
+    if record.get(1) != Some(&0) || !matches!((layout.extended, compressor), (false, 1 | 2) | (true, 3)) {
+        let format = if layout.extended { "6 to 10" } else { "0 to 5" };
+        return Err(Problem {
+            hint: "write the file anew with a present version of LASzip",
+            ..Problem::damaged(format!(
+                "not supported: compressor {compressor} with point formats {format}"
+            ))
+        });
+    }
+    if sound && length == layout.length {
+        Ok(layout.extended.then_some(layers))
+    } else {
+        Err(Problem::damaged("the compression is not that of the point format"))
+    }
+}
+
+/// The table of chunks, if there is one: a writer that was interrupted leaves none.
+fn read_table(file: &mut FileReader, size: u64, start: u64, vlr: &LazVlr) -> Result<Option<ChunkTable>, Problem> {
+    let number = |file: &mut FileReader, at: u64| {
+        let mut bytes = [0; 8];
+        file.seek(SeekFrom::Start(at))?;
+        file.read_exact(&mut bytes)?;
+        Ok(u64::from_le_bytes(bytes))
+    };
+    let unreadable = |error: std::io::Error| Problem::cut_short("the chunk table cannot be read").caused_by(error);
+    // The place is at the beginning or, if that could not be written, at the end of the file.
+    let is_place = |place: u64| place > start && i64::try_from(place).is_ok();
+    let mut place = number(file, start).map_err(unreadable)?;
+    if !is_place(place) {
+        place = number(file, size.saturating_sub(8)).map_err(unreadable)?;
+        if !is_place(place) {
+            return Ok(None);
+        }
+    }
+    let chunks = number(file, place).map_err(unreadable)? >> 32;
+    if chunks > size / LARGEST_TABLE {
+        return Err(Problem::damaged(format!(
+            "a table of {chunks} chunks in a file of {size} bytes"
+        )));
+    }
+    file.seek(SeekFrom::Start(start)).map_err(unreadable)?;
+    match catch(|| ChunkTable::read_from(&mut *file, vlr)) {
+        Some(Ok(table)) => Ok(Some(table)),
+        Some(Err(error)) => Err(Problem::cut_short("the chunk table cannot be read").caused_by(error)),
+        None => Err(Problem::damaged("the chunk table cannot be read")),
+    }
+}
+
+/// The points per chunk; the table must have as many points as the header, or more.
+fn check_table(vlr: &LazVlr, table: Option<ChunkTable>, count: u64) -> Result<Chunks, Problem> {
+    let entries = table.as_ref().map(AsRef::as_ref);
+    let points = match (vlr.uses_variable_size_chunks(), entries) {
+        (true, None) => return Err(Problem::damaged("chunks of different sizes, but no table of them")),
+        (false, None) => return Ok(Chunks::Fixed(u64::from(vlr.chunk_size()))),
+        (_, Some(entries)) => entries.iter().map(|entry| entry.point_count).collect::<Vec<_>>(),
+    };
+    if points.iter().any(|&n| n == 0 || n > u64::from(u32::MAX)) {
+        return Err(Problem::damaged(
+            "the chunk table has a chunk of no points, or of too many",
+        ));
+    }
+    let sum = points.iter().fold(0u64, |sum, &n| sum.saturating_add(n));
+    if sum < count {
+        return Err(Problem::cut_short(format!(
+            "the chunk table has {sum} of {count} points"
+        )));
+    }
+    Ok(Chunks::Table(points.into_iter()))
+}

@@ -1,0 +1,171 @@
+//! LAS, LAZ and COPC: lidar.
+//!
+//! In: a file. Out: its points with z, scaled as the header says, without the withheld ones and those that the choice of
+//! classes and returns leaves out. Source: ASPRS, LAS Specification 1.4 R15.
+//!
+//! The crate `las` parses header and records, `laz` decompresses. Not `las::Reader`: it cannot be sent to another thread,
+//! and it believes lengths (an extended record of 2^60 bytes, a layer of 4 GiB). So every number of the header is compared
+//! with the file's size here, before anything is allocated or decoded from it. A file that is cut short fails at
+//! open. Whether a file is LAZ its header tells, and not its suffix.
+
+use super::header::{count, crs, extended_wkt, header, records};
+use super::layout::{Keep, Layout};
+use super::laz::Laz;
+use super::problem::{FileReader, Problem};
+use crate::geometry::Point;
+use crate::input::bytes::BUFFER;
+use crate::input::reader::{Reader, Sink, Started};
+use crate::input::sample::RandomAccess;
+use crate::input::watch::Watched;
+use crate::input::{InputError, InputOptions, Place, PointBatch};
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+use std::sync::Arc;
+
+/// The bytes of points that are read at once.
+const CHUNK: usize = 1 << 20;
+
+/// The error for a LAS file that cannot be read as a file.
+pub fn no_stream(path: &Path) -> InputError {
+    Problem {
+        hint: "give the name of a file (not a pipe, and not gzip)",
+        ..Problem::damaged("LAS is not read from a stream")
+    }
+    .at(path, Place::File)
+}
+
+/// Starts the reader of a file of so many bytes.
+pub fn open(file: Watched<Arc<File>>, size: u64, options: &InputOptions) -> Started<PointBatch> {
+    let path = Arc::clone(&file.watch.path);
+    match Las::new(BufReader::with_capacity(BUFFER, file), size, options) {
+        Ok(las) => Ok(Box::new(las)),
+        Err(problem) => Err(problem.at(&path, Place::File)),
+    }
+}
+
+struct Las {
+    layout: Layout,
+    records: Records,
+    /// The first byte of the points.
+    start: u64,
+    /// The points in the file, and of these the ones read.
+    count: u64,
+    read: u64,
+    keep: Keep,
+    /// Whole records.
+    buffer: Vec<u8>,
+    crs: Option<String>,
+}
+
+/// Where the records come from.
+enum Records {
+    Plain(FileReader),
+    Compressed(Box<Laz>),
+}
+
+impl Las {
+    fn new(mut file: FileReader, size: u64, options: &InputOptions) -> Result<Self, Problem> {
+        let header = header(&mut file)?;
+        let (layout, compressed) = Layout::new(&header)?;
+        let count = count(&header);
+        let start = u64::from(header.offset_to_point_data);
+        let records = records(&mut file, &header, start.min(size))?;
+        let crs = match crs(&records) {
+            Some(crs) => Some(crs),
+            None => extended_wkt(&mut file, &header, size),
+        };
+        file.seek(SeekFrom::Start(start))
+            .map_err(|error| Problem::cut_short("the points cannot be found").caused_by(error))?;
+        let records = if compressed && count > 0 {
+            Records::Compressed(Box::new(Laz::new(file, size, start, count, &records, layout)?))
+        } else {
+            let end = count
+                .checked_mul(layout.length as u64)
+                .and_then(|length| length.checked_add(start));
+            if end.is_none_or(|end| end > size) {
+                return Err(Problem::cut_short(format!(
+                    "{count} points of {} bytes from byte {start} on do not fit into {size} bytes",
+                    layout.length
+                )));
+            }
+            Records::Plain(file)
+        };
+        Ok(Self {
+            layout,
+            records,
+            start,
+            count,
+            read: 0,
+            keep: Keep::new(options),
+            buffer: Vec::new(),
+            crs,
+        })
+    }
+}
+
+impl Reader<PointBatch> for Las {
+    fn has_z(&self) -> bool {
+        true
+    }
+
+    fn crs(&self) -> Option<&str> {
+        self.crs.as_deref()
+    }
+
+    fn expected(&self) -> Option<u64> {
+        Some(self.count.saturating_sub(self.read))
+    }
+
+    fn random_access(&self) -> Option<RandomAccess> {
+        let (layout, keep) = (self.layout, self.keep);
+        let plain = matches!(self.records, Records::Plain(_));
+        plain.then(|| RandomAccess {
+            start: self.start,
+            count: self.count,
+            length: layout.length,
+            decode: Box::new(move |record| {
+                let kept = !layout.is_withheld(record) && keep.keeps(record, layout.extended);
+                let [x, y, z] = [0, 1, 2].map(|axis| layout.coordinate(record, axis));
+                (kept && z.is_finite()).then_some(Point::new(x, y))
+            }),
+        })
+    }
+
+    fn fill(&mut self, sink: &mut Sink<'_, PointBatch>) -> Result<bool, InputError> {
+        let layout = self.layout;
+        while !sink.is_full() {
+            let n = (sink.room() as u64)
+                .min((CHUNK / layout.length) as u64)
+                .min(self.count - self.read);
+            if n == 0 {
+                return Ok(false);
+            }
+            self.buffer.resize(n as usize * layout.length, 0);
+            let problem = match &mut self.records {
+                Records::Plain(file) => file.read_exact(&mut self.buffer).map_err(unreadable),
+                Records::Compressed(laz) => laz.read(&mut self.buffer),
+            };
+            problem.map_err(|problem| problem.at(sink.path, Place::Point(self.read)))?;
+            for record in self.buffer.chunks_exact(layout.length) {
+                let point = self.read;
+                self.read += 1;
+                if layout.is_withheld(record) {
+                    sink.totals.counts.records += 1;
+                    sink.totals.counts.withheld += 1;
+                } else if !self.keep.keeps(record, layout.extended) {
+                    sink.totals.counts.records += 1;
+                    sink.totals.counts.filtered += 1;
+                } else {
+                    let [x, y, z] = [0, 1, 2].map(|axis| layout.coordinate(record, axis));
+                    sink.point(x, y, Some(z), || Place::Point(point))?;
+                }
+            }
+        }
+        Ok(true)
+    }
+}
+
+fn unreadable(error: io::Error) -> Problem {
+    Problem::cut_short("the points cannot be read").caused_by(error)
+}

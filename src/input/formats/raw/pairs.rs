@@ -1,0 +1,56 @@
+//! Raw pairs of record numbers: little-endian, of 4 or 8 bytes each.
+
+use super::records::{Records, left_over};
+use crate::input::bytes::ByteInput;
+use crate::input::lines::LineTally;
+use crate::input::reader::{Reader, Sink};
+use crate::input::{InputError, SegmentBatch};
+
+const HINT: &str = "the file is cut short, or its numbers have another width";
+
+/// Raw pairs of record numbers.
+pub struct Pairs {
+    records: Records,
+    /// Pairs read.
+    pairs: u64,
+}
+
+impl Pairs {
+    /// Pairs of numbers of so many bytes.
+    pub fn new(input: ByteInput, bytes: usize) -> Self {
+        Self {
+            records: Records::new(input, 2 * bytes),
+            pairs: 0,
+        }
+    }
+}
+
+impl Reader<SegmentBatch> for Pairs {
+    fn fill(&mut self, sink: &mut Sink<'_, SegmentBatch>) -> Result<bool, InputError> {
+        let stride = self.records.stride;
+        let part = self.records.read(sink.room())?;
+        if !part.rest.is_empty() {
+            let offset = part.offset + part.records.len() as u64;
+            return Err(left_over(sink.path, offset, part.rest.len(), "pair", stride, HINT));
+        }
+        for pair in part.records.chunks_exact(stride) {
+            let (from, to) = pair.split_at(stride / 2);
+            sink.pair([number(from), number(to)], self.pairs);
+            self.pairs += 1;
+        }
+        Ok(!part.is_last)
+    }
+
+    fn tally(&self) -> LineTally {
+        LineTally {
+            lines: self.pairs,
+            polygons: 0,
+        }
+    }
+}
+
+fn number(bytes: &[u8]) -> u64 {
+    let mut wide = [0; 8];
+    wide[..bytes.len()].copy_from_slice(bytes);
+    u64::from_le_bytes(wide)
+}

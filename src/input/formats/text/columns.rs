@@ -1,0 +1,166 @@
+//! The layout of rows of text: what a spreadsheet, a database or a survey program writes.
+//!
+//! In: bytes, of which the first lines tell the layout. Out: a [`Table`], and of its rows the coordinates. What is found
+//! out, and how:
+//!
+//! - **Delimiter**: the first of semicolon, tab and comma that at least half of the first rows have (outside quotes; tabs
+//!   more than half), else runs of blanks. Not all, so that a broken row there is found to be one.
+//! - **Header**: the first row is one if none of the fields that the coordinates would come from begins like a number.
+//!   The columns are then found by name, in the order of [`X`], [`Y`] and [`Z`], capitals notwithstanding.
+//!
+//! Lines that are blank or begin with `#` do not count. Decimal commas are an error and never guessed at: `1,234` may
+//! be either number.
+
+use super::rows::{BLANKS, Rows};
+use crate::input::bytes::ByteInput;
+use crate::input::flaw::Flaw;
+use crate::input::formats::text_lines::{Lines, Sample, number};
+use crate::input::{Column, Columns, InputError};
+use crate::shown::excerpt;
+
+/// Names of a column with x, the better first.
+const X: &[&str] = &["x", "lon", "longitude", "lng", "long", "easting", "east", "e"];
+/// Names of a column with y.
+const Y: &[&str] = &["y", "lat", "latitude", "northing", "north", "n"];
+/// Names of a column with z.
+const Z: &[&str] = &["z", "elevation", "elev", "height", "altitude", "alt"];
+
+/// The rows that tell the delimiter.
+const SAMPLE: usize = 20;
+
+/// A text at its first row.
+pub struct Table {
+    pub rows: Rows,
+    /// The first row, if there is one.
+    pub first: Rows,
+    pub has_rows: bool,
+}
+
+impl Table {
+    pub fn open(input: ByteInput) -> Result<Self, InputError> {
+        let mut lines = Lines::new(input)?;
+        let sample = lines.sample()?;
+        let delimiter = find_delimiter(&sample);
+        let mut first = Rows::new(sample.lines(), delimiter);
+        Ok(Self {
+            has_rows: first.next_row()?,
+            first,
+            rows: Rows::new(lines, delimiter),
+        })
+    }
+
+    /// Passes over the first row if it is a header, by its first so many fields.
+    pub fn skip_header(&mut self, columns: usize) -> Result<bool, InputError> {
+        let is_header = self.has_rows && self.first.fields().iter().take(columns).all(|field| is_name(field));
+        if is_header {
+            self.rows.next_row()?;
+        }
+        Ok(is_header)
+    }
+}
+
+/// Where the coordinates are in a row.
+#[derive(Clone, Copy)]
+pub struct Layout {
+    /// Columns from 0.
+    pub x: usize,
+    pub y: usize,
+    pub z: Option<usize>,
+}
+
+impl Layout {
+    /// The coordinates of a row, or what is wrong with it.
+    #[inline]
+    pub fn read(&self, row: &Rows) -> Result<(f64, f64, Option<f64>), Flaw> {
+        let value = |axis, n| {
+            let value = row.field(n).and_then(number);
+            value.ok_or_else(|| self.flaw(row, axis, n))
+        };
+        let (x, y) = (value('x', self.x)?, value('y', self.y)?);
+        Ok((x, y, self.z.map(|z| value('z', z)).transpose()?))
+    }
+
+    /// Why a column of a row is no number.
+    #[cold]
+    fn flaw(&self, row: &Rows, axis: char, n: usize) -> Flaw {
+        let Some(field) = row.field(n) else {
+            return Flaw::TooFewFields {
+                count: row.count(),
+                needed: 1 + self.x.max(self.y).max(self.z.unwrap_or(0)),
+                row: row.excerpt(),
+            };
+        };
+        let pointed: Vec<u8> = field.iter().map(|&b| if b == b',' { b'.' } else { b }).collect();
+        Flaw::NoNumber {
+            axis,
+            field: excerpt(field),
+            has_comma: number(&pointed).is_some(),
+        }
+    }
+}
+
+/// Whether a field may be a column's name: it neither is nor begins like a number.
+pub fn is_name(field: &[u8]) -> bool {
+    let digits = field.trim_ascii_start();
+    let digits = digits
+        .strip_prefix(b"-")
+        .or(digits.strip_prefix(b"+"))
+        .unwrap_or(digits);
+    let digits = digits.strip_prefix(b".").unwrap_or(digits);
+    !field.is_empty() && !digits.first().is_some_and(u8::is_ascii_digit) && number(field).is_none()
+}
+
+/// Finds the columns in a header.
+pub fn header_layout(header: &Rows, columns: Option<&Columns>) -> Result<Layout, InputError> {
+    let fields = header.fields();
+    let names: Vec<String> = fields
+        .iter()
+        // CloudCompare begins its headers with two slashes.
+        .map(|field| {
+            String::from_utf8_lossy(field)
+                .trim_start_matches("//")
+                .trim()
+                .to_lowercase()
+        })
+        .collect();
+    let find = |wanted: &str| names.iter().position(|name| *name == wanted.to_lowercase());
+    let any = |wanted: &[&str]| wanted.iter().find_map(|name| find(name));
+    let need = |found: Option<usize>, wanted: &str| {
+        found.ok_or_else(|| {
+            let shown = excerpt(&fields.join(&b", "[..]));
+            let hint = "name the columns, or give their numbers from 1, with --columns x,y or --columns x,y,z";
+            header
+                .lines
+                .malformed(format!("no column {wanted} in the header `{shown}`"), hint)
+        })
+    };
+    let Some(columns) = columns else {
+        let x = need(any(X), "for x (such as x, lon, easting)")?;
+        let y = need(any(Y), "for y (such as y, lat, northing)")?;
+        return Ok(Layout { x, y, z: any(Z) });
+    };
+    let column = |column: &Column| match column {
+        Column::Number(n) => need(n.checked_sub(1).filter(|&n| n < names.len()), &n.to_string()),
+        Column::Name(name) => need(find(name), &format!("`{name}`")),
+    };
+    Ok(Layout {
+        x: column(&columns.x)?,
+        y: column(&columns.y)?,
+        z: columns.z.as_ref().map(column).transpose()?,
+    })
+}
+
+/// The delimiter that the first rows tell.
+fn find_delimiter(sample: &Sample) -> u8 {
+    let in_most = |delimiter: &u8| {
+        let mut rows = Rows::new(sample.lines(), *delimiter);
+        let (mut with, mut without) = (0, 0);
+        // With a wrong delimiter a quote may be open for too long: no matter.
+        while with + without < SAMPLE && matches!(rows.next_row(), Ok(true)) {
+            *(if rows.count() > 1 { &mut with } else { &mut without }) += 1;
+        }
+        // Tabs may be mere blanks.
+        with > 0 && with >= without + usize::from(*delimiter == b'\t')
+    };
+    b";\t,".iter().copied().find(in_most).unwrap_or(BLANKS)
+}

@@ -1,0 +1,135 @@
+//! Rows `x,y` or `x,y,z`, or with the columns that a header names.
+//!
+//! - **No header**: the first two columns are x and y. The third is z if it is the last one, or the file is an `.xyz`,
+//!   and it is a number in the first row. Further columns are not read, which a note tells.
+//! - **`--columns`** overrides: by number from 1, or by a header's name. Without a third one there is no z.
+
+use super::columns::{Layout, Table, header_layout, is_name};
+use super::rows::Rows;
+use crate::input::bytes::ByteInput;
+use crate::input::formats::text_lines::number;
+use crate::input::reader::{Reader, Sink};
+use crate::input::{Column, Columns, InputError, Place, PointBatch};
+use crate::shown;
+use std::path::Path;
+
+pub struct Points {
+    rows: Rows,
+    layout: Layout,
+    notes: Vec<String>,
+}
+
+impl Points {
+    pub fn new(input: ByteInput, columns: Option<&Columns>) -> Result<Self, InputError> {
+        let path = input.path.clone();
+        let Table {
+            mut rows,
+            first,
+            has_rows,
+        } = Table::open(input)?;
+        let mut notes = Vec::new();
+        if !has_rows {
+            // Any layout will do.
+            let layout = Layout { x: 0, y: 1, z: None };
+            return Ok(Self { rows, layout, notes });
+        }
+        let fields = first.fields();
+        let chosen = match columns {
+            Some(columns) => Chosen::by_option(columns),
+            None => Chosen::by_place(&fields, is_xyz(&path)),
+        };
+        let mut at_hand = chosen.numbers().filter_map(|n| fields.get(n)).peekable();
+        let is_header = chosen.named || (at_hand.peek().is_some() && at_hand.all(|field| is_name(field)));
+        let layout = if is_header {
+            rows.next_row()?;
+            header_layout(&first, columns)?
+        } else {
+            if columns.is_none() && fields.len() > chosen.count() {
+                notes.push(format!(
+                    "{}: no header; columns 1 to {} of {} are read, choose others with --columns",
+                    shown::path(&path),
+                    chosen.count(),
+                    fields.len()
+                ));
+            }
+            Layout {
+                x: chosen.x,
+                y: chosen.y,
+                z: chosen.z,
+            }
+        };
+        Ok(Self { rows, layout, notes })
+    }
+}
+
+fn is_xyz(path: &Path) -> bool {
+    let name = path.file_name().and_then(|name| name.to_str());
+    name.map(str::to_ascii_lowercase)
+        .is_some_and(|name| name.ends_with(".xyz") || name.ends_with(".xyz.gz"))
+}
+
+/// The columns that hold coordinates if the first row is no header.
+struct Chosen {
+    x: usize,
+    y: usize,
+    z: Option<usize>,
+    /// They have names, so there must be a header.
+    named: bool,
+}
+
+impl Chosen {
+    fn by_option(columns: &Columns) -> Self {
+        let mut named = false;
+        let mut number = |column: &Column| match column {
+            Column::Number(n) => n.saturating_sub(1),
+            Column::Name(_) => {
+                named = true;
+                0
+            }
+        };
+        let (x, y, z) = (number(&columns.x), number(&columns.y), columns.z.as_ref().map(number));
+        Self { x, y, z, named }
+    }
+
+    fn by_place(fields: &[&[u8]], is_xyz: bool) -> Self {
+        let third = fields.len() == 3 || (is_xyz && fields.len() > 3);
+        Self {
+            x: 0,
+            y: 1,
+            z: (third && number(fields[2]).is_some()).then_some(2),
+            named: false,
+        }
+    }
+
+    fn numbers(&self) -> impl Iterator<Item = usize> {
+        [self.x, self.y].into_iter().chain(self.z)
+    }
+
+    fn count(&self) -> usize {
+        self.numbers().count()
+    }
+}
+
+impl Reader<PointBatch> for Points {
+    fn has_z(&self) -> bool {
+        self.layout.z.is_some()
+    }
+
+    fn fill(&mut self, sink: &mut Sink<'_, PointBatch>) -> Result<bool, InputError> {
+        while !sink.is_full() {
+            if !self.rows.next_row()? {
+                return Ok(false);
+            }
+            let place = || Place::Line(self.rows.lines.row());
+            match self.layout.read(&self.rows) {
+                Ok((x, y, z)) => sink.point(x, y, z, place)?,
+                Err(flaw) => sink.invalid(place, &flaw)?,
+            }
+        }
+        Ok(true)
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.notes.clone()
+    }
+}

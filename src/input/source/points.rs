@@ -1,0 +1,241 @@
+//! Points from files and streams: which reader there is for each format, and what a source of points tells besides.
+
+use super::stream::{Input, Opened, Records, Source, start_stream};
+use crate::geometry::Point;
+use crate::input::bytes::ByteInput;
+#[cfg(feature = "geojson")]
+use crate::input::formats::geojson;
+#[cfg(feature = "las")]
+use crate::input::formats::las;
+use crate::input::formats::node::Node;
+use crate::input::formats::poly::{no_points, open_node_beside};
+use crate::input::formats::raw;
+#[cfg(feature = "text")]
+use crate::input::formats::text;
+use crate::input::reader::Started;
+use crate::input::sample::sample;
+use crate::input::watch::Watched;
+use crate::input::{Format, InputCounts, InputError, InputOptions, PointBatch, RecordKind};
+use std::fmt::Write;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A blocking stream of the points of several files, which together are one set.
+///
+/// ```
+/// use delaunay_tiles::input::{InputOptions, PointBatch, PointSource};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let dir = tempfile::tempdir()?;
+/// let path = dir.path().join("points.f64");
+/// std::fs::write(&path, [1.5f64.to_le_bytes(), 2.5f64.to_le_bytes()].concat())?;
+///
+/// let mut source = PointSource::open(&[path], &InputOptions::default())?;
+/// let mut batch = PointBatch::default();
+/// while source.next_batch(&mut batch)? {
+///     for (point, record) in batch.points.iter().zip(&batch.records) {
+///         println!("{record}: {} {}", point.x, point.y);
+///     }
+/// }
+/// assert_eq!(source.counts().points, 1);
+/// # Ok(())
+/// # }
+/// ```
+pub type PointSource = Source<PointBatch>;
+
+impl Records for PointBatch {
+    /// `None` of standard input, whose first bytes tell.
+    type Format = Option<Format>;
+
+    const SPANS_FILES: bool = true;
+
+    fn may_be_gzip(format: Option<Format>) -> bool {
+        format != Some(Format::F64)
+    }
+
+    fn start(format: Option<Format>, input: ByteInput, options: &InputOptions) -> Started<Self> {
+        match format.unwrap_or_else(|| sniff(&input.head)) {
+            Format::F64 => Ok(Box::new(raw::Points::new(input, options)?)),
+            Format::Node => Ok(Box::new(Node::new(input)?)),
+            Format::Poly => Ok(Box::new(Node::of_poly(input)?)),
+            #[cfg(feature = "text")]
+            Format::Text => Ok(Box::new(text::Points::new(input, options.columns.as_ref())?)),
+            #[cfg(feature = "geojson")]
+            Format::GeoJson => Ok(Box::new(geojson::Points::new(input)?)),
+            #[cfg(feature = "las")]
+            Format::Las => Err(las::no_stream(&input.path)),
+            #[cfg(not(all(feature = "text", feature = "geojson", feature = "las")))]
+            absent => Err(absent.missing(&input.path)),
+        }
+    }
+
+    fn start_file(format: Option<Format>, file: Watched<Arc<File>>, options: &InputOptions) -> Started<Self> {
+        match (format, file.watch.size()) {
+            #[cfg(feature = "las")]
+            (Some(Format::Las), Some(size)) => las::open(file, size, options),
+            #[cfg(not(feature = "las"))]
+            (Some(Format::Las), Some(_)) => Err(Format::Las.missing(&file.watch.path)),
+            _ => start_stream(format, file, options),
+        }
+    }
+}
+
+/// The format of a stream without a name.
+fn sniff(head: &[u8]) -> Format {
+    if head.starts_with(b"LASF") {
+        Format::Las
+    } else if head.trim_ascii_start().starts_with(b"{") {
+        Format::GeoJson
+    } else {
+        Format::Text
+    }
+}
+
+/// Whether this is a `.poly` file that says its points are in the file beside it.
+fn has_points_beside(format: Option<Format>, opened: &Opened<PointBatch>) -> bool {
+    format == Some(Format::Poly) && opened.reader.expected() == Some(0)
+}
+
+impl Source<PointBatch> {
+    /// Opens the inputs in this order and looks at each one's beginning. A path `-` is standard input.
+    ///
+    /// Standard input needs [`InputOptions::format`], or is taken for GeoJSON if it begins with a brace, else for text.
+    ///
+    /// # Errors
+    /// An input that does not exist, has no known format, or is broken at its beginning; options that are not possible.
+    pub fn open(paths: &[PathBuf], options: &InputOptions) -> Result<Self, InputError> {
+        let mut source = Self::with_options(options)?;
+        let is_standard_input = |path: &&PathBuf| path.as_os_str() == "-";
+        if paths.iter().filter(is_standard_input).count() > 1 {
+            return Err(InputError::Option {
+                option: "an input",
+                value: "-".to_owned(),
+                expected: "standard input can be read only once".to_owned(),
+            });
+        }
+        for path in paths {
+            if is_standard_input(&path) {
+                source.add_stream("standard input", Box::new(std::io::stdin()))?;
+            } else {
+                source.add_points(path)?;
+            }
+        }
+        Ok(source)
+    }
+
+    /// Reads one stream, as [`Self::open`] does with standard input; `name` stands for it in messages.
+    ///
+    /// # Errors
+    /// As for [`Self::open`]. LAS is not possible: it needs a file.
+    pub fn from_reader(name: &str, reader: Box<dyn Read + Send>, options: &InputOptions) -> Result<Self, InputError> {
+        let mut source = Self::with_options(options)?;
+        source.add_stream(name, reader)?;
+        Ok(source)
+    }
+
+    fn with_options(options: &InputOptions) -> Result<Self, InputError> {
+        if !matches!(options.dims, 2 | 3) {
+            return Err(InputError::Option {
+                option: "--dims",
+                value: options.dims.to_string(),
+                expected: "it is 2 or 3".to_owned(),
+            });
+        }
+        Ok(Self::new(options.clone()))
+    }
+
+    fn add_points(&mut self, path: &Path) -> Result<(), InputError> {
+        let Some(format) = self.options.format.or_else(|| Format::from_path(path)) else {
+            return Err(InputError::UnknownFormat {
+                path: path.to_owned(),
+                kind: RecordKind::Point,
+            });
+        };
+        let mut input = Input::new(path, Some(format));
+        let opened = input.open(&self.options, &self.reading)?;
+        if !has_points_beside(Some(format), &opened) {
+            self.add(input, opened);
+            return Ok(());
+        }
+        // From here on the file with the points stands for it, but a change of either is a change.
+        self.note_stamp(&opened);
+        open_node_beside(path, |node| self.add_file(node, Some(Format::Node)))
+    }
+
+    fn add_stream(&mut self, name: &str, stream: Box<dyn Read + Send>) -> Result<(), InputError> {
+        let format = self.options.format;
+        let input = Input::new(Path::new(name), format);
+        let opened = input.open_stream(stream, &self.options, &self.reading)?;
+        if has_points_beside(format, &opened) {
+            return Err(no_points(&input.path, "a stream has none".to_owned(), None));
+        }
+        self.add(input, opened);
+        Ok(())
+    }
+
+    /// What was read so far.
+    #[must_use]
+    pub fn counts(&self) -> InputCounts {
+        InputCounts {
+            bytes_read: self.bytes_read(),
+            ..self.totals.counts
+        }
+    }
+
+    /// The sum of the file sizes; `None` if an input has none, as a pipe.
+    #[must_use]
+    pub fn total_bytes(&self) -> Option<u64> {
+        self.total_bytes
+    }
+
+    /// How many points are still to come, as far as the inputs' beginnings tell: raw f64 by the file's size, LAS, LAZ,
+    /// `.node` and `.poly` by their headers. `None` if an input tells nothing, as text, GeoJSON, and raw f64 from a stream or gzip.
+    ///
+    /// An estimate, for plans and progress; 0 after an error. It is too high where records are withheld, filtered or invalid, and a header
+    /// may claim anything up to [`u64::MAX`]: allocate nothing by it.
+    #[must_use]
+    pub fn expected_points(&self) -> Option<u64> {
+        self.expected()
+    }
+
+    /// About `count` points from all over the inputs, in input order, valid and normalized; the same for the same inputs.
+    /// They are runs of some 16 neighbours, evenly spread over the records of all inputs, what was read already included.
+    ///
+    /// The stream is left as it is: the files are opened again, and at most some 4 MiB are read from them, so that very
+    /// large counts (from 262144 on for pairs of f64) are not reached. Invalid points are left out without an error, as
+    /// are those that the options leave out, so that there are fewer points, or none, where these are many.
+    ///
+    /// Empty unless every input can be read in any order, since a sample of some inputs would mislead. Raw f64 and LAS can;
+    /// text, GeoJSON, `.node`, `.poly`, LAZ, gzip and streams cannot.
+    ///
+    /// # Errors
+    /// A file that can no longer be opened or read.
+    pub fn sample(&self, count: usize) -> Result<Vec<Point>, InputError> {
+        let files = self.random_access.iter().flatten();
+        sample(files.map(|(path, access)| (&**path, access)), count)
+    }
+
+    /// A text that tells these inputs and the options from others, so that work on them can be resumed: the options, and
+    /// of each file its absolute path, size in bytes and time of modification in nanoseconds since 1970, as at open.
+    /// `None` if an input is not a regular file. Only to be compared: what it looks like may change with the version.
+    #[must_use]
+    pub fn identity(&self) -> Option<String> {
+        self.total_bytes?;
+        let mut identity = format!("{:?}", self.options);
+        for (path, stamp) in &self.stamps {
+            let path = std::path::absolute(path).ok()?;
+            // Quoted, a path with line breaks in it cannot pass for two.
+            write!(identity, "\n{path:?} {} {}", stamp.length, stamp.modified).ok()?;
+        }
+        Some(identity)
+    }
+
+    /// The coordinate reference system as the first input tells it that has one: WKT or `EPSG:…` from LAS, the name in
+    /// the former `crs` member of GeoJSON. Nothing is computed from it. It may be known only when that input is done.
+    #[must_use]
+    pub fn crs(&self) -> Option<&str> {
+        self.crs.as_deref()
+    }
+}

@@ -1,0 +1,57 @@
+//! What memory the machine has, and how much of it the process took.
+
+use std::fs;
+
+use rustix::process::{Resource, getrlimit};
+
+/// A quarter of the smallest of the machine's memory, the limit of the process's cgroup, and its own limits (`RLIMIT_AS`,
+/// `RLIMIT_DATA`); 1 GiB where neither is known.
+#[must_use]
+pub fn default_memory() -> u64 {
+    let limit = |resource| getrlimit(resource).current;
+    let limits = [
+        installed_memory(),
+        cgroup_limit(),
+        limit(Resource::As),
+        limit(Resource::Data),
+    ];
+    limits.into_iter().flatten().min().map_or(1 << 30, |bytes| bytes / 4)
+}
+
+fn installed_memory() -> Option<u64> {
+    kibibytes("/proc/meminfo", "MemTotal:")
+}
+
+/// The limit of the cgroup of this process or of any above it (version 2, or version 1's memory controller).
+fn cgroup_limit() -> Option<u64> {
+    let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
+    let limits = groups.lines().filter_map(|line| {
+        let mut fields = line.splitn(3, ':').skip(1);
+        let (controllers, path) = (fields.next()?, fields.next()?);
+        let (root, file) = match controllers {
+            "" => ("/sys/fs/cgroup", "memory.max"),
+            c if c.split(',').any(|c| c == "memory") => ("/sys/fs/cgroup/memory", "memory.limit_in_bytes"),
+            _ => return None,
+        };
+        let group = std::path::Path::new(path.trim_start_matches('/'));
+        group
+            .ancestors()
+            .filter_map(|group| fs::read_to_string(format!("{root}/{}/{file}", group.display())).ok())
+            .filter_map(|limit| limit.trim().parse::<u64>().ok())
+            .min()
+    });
+    limits.min()
+}
+
+/// The largest resident size of this process so far, in bytes.
+#[must_use]
+pub fn peak_memory() -> Option<u64> {
+    kibibytes("/proc/self/status", "VmHWM:")
+}
+
+fn kibibytes(file: &str, key: &str) -> Option<u64> {
+    let text = fs::read_to_string(file).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(key))?;
+    let number: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
+    Some(number * 1024)
+}

@@ -1,0 +1,181 @@
+//! Cuts the points into parts, and makes the result of what merging them gives.
+
+use super::arrays::{Arrays, GHOST, Hull, Side};
+use super::merge::{Axis, xy_less, yx_less};
+use crate::geometry::{MortonSquare, Point, Rect};
+use crate::mesh::engine::Engine;
+use crate::mesh::triangulation::Triangulation;
+
+/// The divide-and-conquer engine, with the memory that it keeps between calls.
+#[derive(Default)]
+pub(in crate::mesh) struct DivideConquer {
+    /// For each vertex the index of its point in the caller's array, in the bits of `index_mask`, below as much of the
+    /// point's [Morton key](MortonSquare::key) as there is room for.
+    keyed: Vec<u64>,
+    index_mask: u64,
+    arrays: Arrays,
+    /// The ghosts of the result.
+    ghosts: Vec<Side>,
+}
+
+impl Engine for DivideConquer {
+    fn triangulate(&mut self, points: &[Point], mesh: &mut Triangulation) {
+        assert!(points.len() < 1 << 29, "side handles hold fewer than 2^29 points");
+        if points.len() < 2 {
+            mesh.set_collinear(points);
+            return;
+        }
+        self.index_mask = (points.len() as u64).next_power_of_two() - 1;
+        self.keyed.clear();
+        self.keyed.extend(0..points.len() as u64);
+        self.arrays.points.clear();
+        self.arrays.points.extend_from_slice(points);
+        mesh.clear();
+        // In the memory of the result.
+        std::mem::swap(&mut self.arrays.corners, &mut mesh.triangles);
+        let twins = std::mem::take(&mut mesh.neighbours).into_iter();
+        self.arrays.twins = twins.map(|_| [Side::UNSET; 3]).collect();
+        self.arrays.corners.reserve(2 * points.len());
+        self.arrays.twins.reserve(2 * points.len());
+        let hull = self.conquer(points, 0, points.len());
+        self.finish(hull, mesh);
+        std::mem::swap(&mut self.arrays.corners, &mut mesh.triangles);
+        if mesh.triangles.is_empty() {
+            mesh.set_collinear(points);
+        }
+    }
+}
+
+impl DivideConquer {
+    /// Triangulates the points `from..to`, two at least: cuts, conquers both parts, merges. They are sorted by key, or
+    /// their keys are equal.
+    fn conquer(&mut self, points: &[Point], from: usize, to: usize) -> Hull {
+        if to - from <= 3 {
+            return self.conquer_few(from, to);
+        }
+        if self.keyed[from] ^ self.keyed[to - 1] <= self.index_mask {
+            self.sort(points, from, to);
+        }
+        // The highest bit in which keys differ says where the smallest cell around the points is halved.
+        let bit = (self.keyed[from] ^ self.keyed[to - 1]).ilog2();
+        let axis = if bit % 2 == 1 { Axis::X } else { Axis::Y };
+        let mut cut = from + self.keyed[from..to].partition_point(|key| key >> bit & 1 == 0);
+        // A part has two points at least: a lone one gets the one next to the cut from the other side.
+        if cut - from == 1 {
+            let next = (cut..to).reduce(|a, b| if self.comes_before(axis, b, a) { b } else { a });
+            let next = next.expect("three points are left");
+            self.keyed[cut..=next].rotate_right(1);
+            self.arrays.points[cut..=next].rotate_right(1);
+            cut += 1;
+        } else if to - cut == 1 {
+            let next = (from..cut).reduce(|a, b| if self.comes_before(axis, a, b) { b } else { a });
+            let next = next.expect("three points are left");
+            self.keyed[next..cut].rotate_left(1);
+            self.arrays.points[next..cut].rotate_left(1);
+            cut -= 1;
+        }
+        let left = self.conquer(points, from, cut);
+        let right = self.conquer(points, cut, to);
+        self.arrays.merge(left, right, axis)
+    }
+
+    /// Sorts the points `from..to` along the Morton curve over a square around them.
+    ///
+    /// The first key differs from the last one then. As there is room for 35 bits of it, and the square shrinks to
+    /// 2⁻¹⁷ at each call for the points of one cell, there are few calls within calls, whatever the distribution.
+    fn sort(&mut self, points: &[Point], from: usize, to: usize) {
+        let (keyed, ordered) = (&mut self.keyed[from..to], &mut self.arrays.points[from..to]);
+        let square = MortonSquare::around(Rect::around(ordered.iter().copied()));
+        let mask = self.index_mask;
+        for (key, p) in keyed.iter_mut().zip(&*ordered) {
+            *key = square.key(*p) & !mask | *key & mask;
+        }
+        keyed.sort_unstable();
+        for (p, key) in ordered.iter_mut().zip(keyed) {
+            *p = points[(*key & mask) as usize];
+        }
+    }
+
+    fn comes_before(&self, axis: Axis, a: usize, b: usize) -> bool {
+        let (a, b) = (self.arrays.points[a], self.arrays.points[b]);
+        match axis {
+            Axis::X => xy_less(a, b),
+            Axis::Y => yx_less(a, b),
+        }
+    }
+
+    /// Two points or three.
+    fn conquer_few(&mut self, from: usize, to: usize) -> Hull {
+        let mut order = |i: usize, j: usize| {
+            if xy_less(self.arrays.points[j], self.arrays.points[i]) {
+                self.arrays.points.swap(i, j);
+                self.keyed.swap(i, j);
+            }
+        };
+        order(from, from + 1);
+        if to - from == 2 {
+            return self.arrays.edge(from as u32);
+        }
+        order(from + 1, from + 2);
+        order(from, from + 1);
+        self.arrays.three(from as u32)
+    }
+
+    /// Takes the ghosts out and puts everything into the caller's terms.
+    fn finish(&mut self, hull: Hull, mesh: &mut Triangulation) {
+        self.ghosts.clear();
+        let mut ghost = hull.min;
+        loop {
+            self.ghosts.push(ghost);
+            mesh.hull.push(self.index(self.arrays.dest(ghost)));
+            ghost = self.arrays.hull_next(ghost);
+            if ghost == hull.min {
+                break;
+            }
+        }
+        let count = self.arrays.corners.len() - self.ghosts.len();
+        self.move_ghosts_behind(count);
+        self.arrays.corners.truncate(count);
+        self.arrays.twins.truncate(count);
+        let (keyed, mask) = (&self.keyed, self.index_mask);
+        for corner in self.arrays.corners.as_flattened_mut() {
+            *corner = (keyed[*corner as usize] & mask) as u32;
+        }
+        // This stays where it is in memory.
+        let twins = std::mem::take(&mut self.arrays.twins).into_iter();
+        mesh.neighbours = twins.map(|of_triangle| of_triangle.map(Side::packed)).collect();
+    }
+
+    /// Moves triangles into the places of ghosts, until the first `count` are no ghosts. The ghosts are lost.
+    fn move_ghosts_behind(&mut self, count: usize) {
+        let mut behind = count;
+        for i in 0..self.ghosts.len() {
+            let ghost = self.ghosts[i];
+            let inner = self.arrays.twin(ghost);
+            // A chain has ghosts on both sides; then the other one was here before.
+            if inner != Side::UNSET {
+                self.arrays.twins[inner.triangle()][inner.corner()] = Side::UNSET;
+            }
+            if ghost.triangle() >= count {
+                continue;
+            }
+            while self.arrays.corners[behind].contains(&GHOST) {
+                behind += 1;
+            }
+            let place = ghost.triangle();
+            self.arrays.corners[place] = self.arrays.corners[behind];
+            self.arrays.twins[place] = self.arrays.twins[behind];
+            for (corner, twin) in (0..).zip(self.arrays.twins[place]) {
+                if twin != Side::UNSET {
+                    self.arrays.twins[twin.triangle()][twin.corner()] = Side::new(place as u32, corner);
+                }
+            }
+            behind += 1;
+        }
+    }
+
+    /// The caller's index of a vertex.
+    fn index(&self, vertex: u32) -> u32 {
+        (self.keyed[vertex as usize] & self.index_mask) as u32
+    }
+}

@@ -1,0 +1,195 @@
+//! Joins two triangulations along a cut.
+
+use super::arrays::{Arrays, GHOST, Hull, Side};
+use crate::geometry::{Point, in_circle};
+
+/// A vertex of a hull and the ghost of the hull edge that leaves it.
+type End = (u32, Side);
+
+/// The axis that a cut halves.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Axis {
+    X,
+    Y,
+}
+
+impl Arrays {
+    /// Joins two triangulations that a cut across `axis` separates.
+    ///
+    /// On entry, either hull is a ring of ghosts. On exit, there is one ring around both.
+    ///
+    /// ```text
+    ///      l'───────r'  upper tangent        The base edge l → r rises from the lower tangent to the upper one. At
+    ///     /│╲      ╱│╲                       each step one of the hull edges that face the cut, l → l1 or r1 → r, gets
+    ///    / l1 ╲  ╱  r1                       a triangle with the base, after those inner triangles that lose their
+    ///    ╲ │   ╲╱   │ ╱                      empty circle by the other side's points became ghosts again.
+    ///     ╲l────────r╱  lower tangent        (For a cut across Y the picture is turned clockwise.)
+    /// ```
+    pub(super) fn merge(&mut self, left: Hull, right: Hull, axis: Axis) -> Hull {
+        let ends_left = [left.min, left.max].map(|ghost| (self.dest(ghost), ghost));
+        let ends_right = [right.min, right.max].map(|ghost| (self.dest(ghost), ghost));
+        let (mut ghost_left, mut ghost_right) = self.lower_tangent(left, right, axis);
+        let (mut l, mut r) = (self.dest(ghost_left), self.origin(ghost_right));
+        let lowest_left = l;
+
+        let bottom = Side::new(self.new_triangle([r, l, GHOST]), 0);
+        let before = self.twin(ghost_left.next());
+        let after = self.twin(ghost_right.prev());
+        self.link(bottom.next(), before);
+        self.link(bottom.prev(), after);
+
+        let mut base = bottom;
+        loop {
+            let (pl, pr) = (self.point(l), self.point(r));
+            let left_valid = self.is_above(pl, pr, self.origin(ghost_left));
+            let right_valid = self.is_above(pl, pr, self.dest(ghost_right));
+            if left_valid {
+                self.expose_left(ghost_left, pl, pr);
+            }
+            if right_valid {
+                self.expose_right(ghost_right, pl, pr);
+            }
+            let take_right = match (left_valid, right_valid) {
+                (false, false) => break,
+                (true, true) => {
+                    let l1 = self.point(self.origin(ghost_left));
+                    let r1 = self.point(self.dest(ghost_right));
+                    in_circle(pl, pr, l1, r1)
+                }
+                (_, right_valid) => right_valid,
+            };
+            if take_right {
+                // The ghost (r, r1, ∞) becomes the triangle (r, r1, l).
+                let above = self.hull_prev(ghost_right);
+                self.set_apex(ghost_right, l);
+                self.link(ghost_right.prev(), base);
+                base = ghost_right.next();
+                r = self.origin(base);
+                ghost_right = above;
+            } else {
+                // The ghost (l1, l, ∞) becomes the triangle (l1, l, r).
+                let above = self.hull_next(ghost_left);
+                self.set_apex(ghost_left, r);
+                self.link(ghost_left.next(), base);
+                base = ghost_left.prev();
+                l = self.dest(base);
+                ghost_left = above;
+            }
+        }
+
+        let top = Side::new(self.new_triangle([l, r, GHOST]), 0);
+        self.link(top, base);
+        self.link(top.next(), ghost_right.prev());
+        self.link(top.prev(), ghost_left.next());
+
+        // New hull edges leave the left part at the lower tangent and the right part at the upper one. Every other
+        // vertex of the hull keeps the ghost of the edge that leaves it.
+        let leaving_left = |(vertex, ghost): End| (vertex, if vertex == lowest_left { bottom } else { ghost });
+        let leaving_right = |(vertex, ghost): End| (vertex, if vertex == r { top } else { ghost });
+        let [left_min, left_max] = ends_left.map(leaving_left);
+        let [right_min, right_max] = ends_right.map(leaving_right);
+        let smaller = |a: End, b: End| self.point(a.0).lex_cmp(self.point(b.0)).is_lt();
+        Hull {
+            min: if smaller(left_min, right_min) {
+                left_min.1
+            } else {
+                right_min.1
+            },
+            max: if smaller(left_max, right_max) {
+                right_max.1
+            } else {
+                left_max.1
+            },
+        }
+    }
+
+    /// The lower tangent l → r, as the ghosts of the hull edges that leave l and that arrive at r.
+    ///
+    /// Of several vertices on the tangent line, the ones next to the cut are taken.
+    fn lower_tangent(&self, left: Hull, right: Hull, axis: Axis) -> (Side, Side) {
+        let (mut leaves_l, mut leaves_r) = match axis {
+            Axis::X => (left.max, right.min),
+            Axis::Y => (
+                self.climb(left.max, yx_less),
+                self.climb(right.min, |here, next| yx_less(next, here)),
+            ),
+        };
+        loop {
+            let (l, r) = (self.point(self.dest(leaves_l)), self.point(self.dest(leaves_r)));
+            let before_l = self.hull_prev(leaves_l);
+            if self.is_below(l, r, self.dest(before_l)) {
+                leaves_l = before_l;
+            } else if self.is_below(l, r, self.origin(leaves_r)) {
+                leaves_r = self.hull_next(leaves_r);
+            } else {
+                return (leaves_l, self.hull_prev(leaves_r));
+            }
+        }
+    }
+
+    /// Goes counter-clockwise along a hull as long as `better(here, next)`.
+    fn climb(&self, mut leaves: Side, better: impl Fn(Point, Point) -> bool) -> Side {
+        while better(self.point(self.dest(leaves)), self.point(self.origin(leaves))) {
+            leaves = self.hull_next(leaves);
+        }
+        leaves
+    }
+
+    /// Makes ghosts of the triangles (l, l1, a) behind the hull edge l → l1 for which the circle through l, r and l1
+    /// contains a. The ghost at l stays where it is.
+    ///
+    /// ```text
+    ///      l1                    l1
+    ///     ╱ │ ghost             ╱   new ghost
+    ///    a  │            →     a
+    ///     ╲ │                   ╲   ghost
+    ///       l ──── r              l ──── r
+    /// ```
+    fn expose_left(&mut self, ghost: Side, pl: Point, pr: Point) {
+        loop {
+            let inner = self.twin(ghost);
+            let (l1, a) = (self.origin(ghost), self.origin(inner.prev()));
+            if a == GHOST || !in_circle(pl, pr, self.point(l1), self.point(a)) {
+                return;
+            }
+            let (behind_l1_a, behind_a_l) = (self.twin(inner.next()), self.twin(inner.prev()));
+            let following = self.twin(ghost.prev());
+            self.set_origin(ghost, a);
+            self.link(ghost, behind_a_l);
+            self.set_corners(inner, [l1, a, GHOST]);
+            self.link(inner, behind_l1_a);
+            self.link(inner.next(), ghost.prev());
+            self.link(inner.prev(), following);
+        }
+    }
+
+    /// The mirror image of [`expose_left`](Self::expose_left): triangles (r1, r, a) behind the hull edge r1 → r.
+    #[inline(always)]
+    fn expose_right(&mut self, ghost: Side, pl: Point, pr: Point) {
+        loop {
+            let inner = self.twin(ghost);
+            let (r1, a) = (self.dest(ghost), self.origin(inner.prev()));
+            if a == GHOST || !in_circle(pl, pr, self.point(r1), self.point(a)) {
+                return;
+            }
+            let (behind_r_a, behind_a_r1) = (self.twin(inner.next()), self.twin(inner.prev()));
+            let preceding = self.twin(ghost.next());
+            self.set_origin(ghost.next(), a);
+            self.link(ghost, behind_r_a);
+            self.set_corners(inner, [a, r1, GHOST]);
+            self.link(inner, behind_a_r1);
+            self.link(inner.next(), preceding);
+            self.link(inner.prev(), ghost.next());
+        }
+    }
+}
+
+/// Whether `a` comes before `b` by x, then by y.
+pub(super) fn xy_less(a: Point, b: Point) -> bool {
+    (a.x < b.x) | ((a.x == b.x) & (a.y < b.y))
+}
+
+/// Whether `a` comes before `b` by y, then by x.
+pub(super) fn yx_less(a: Point, b: Point) -> bool {
+    (a.y < b.y) | ((a.y == b.y) & (a.x < b.x))
+}

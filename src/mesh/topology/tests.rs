@@ -1,0 +1,222 @@
+//! Stars and walks against brute force: over all half-edges, on whole triangulations, parts of them and nonsense.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::geometry::{Orientation, orient2d};
+use crate::mesh::tests::{distinct, on_grid};
+use crate::mesh::{EndlessWalk, EngineKind, Mesh, Triangulation, Walk, WalkEnd};
+
+/// A triangulation of which every `gone`-th triangle is elsewhere; all are there if that is 0.
+struct Part<'a> {
+    whole: Mesh<'a>,
+    gone: u32,
+}
+
+impl Part<'_> {
+    fn has(&self, half_edge: HalfEdge) -> bool {
+        self.gone == 0 || !(half_edge.triangle() + 1).is_multiple_of(self.gone)
+    }
+}
+
+impl Topology for Part<'_> {
+    fn triangle_count(&self) -> u32 {
+        self.whole.triangle_count()
+    }
+
+    fn origin(&self, half_edge: HalfEdge) -> u32 {
+        self.whole.origin(half_edge)
+    }
+
+    fn twin(&self, half_edge: HalfEdge) -> Twin {
+        match self.whole.twin(half_edge) {
+            Twin::HalfEdge(twin) if !self.has(twin) => Twin::Elsewhere,
+            twin => twin,
+        }
+    }
+}
+
+impl Embedded for Part<'_> {
+    fn point(&self, vertex: u32) -> Point {
+        self.whole.point(vertex)
+    }
+}
+
+fn triangulated(points: &[Point]) -> Triangulation {
+    let mut triangulation = Triangulation::default();
+    EngineKind::Native.create().triangulate(points, &mut triangulation);
+    triangulation
+}
+
+/// The half-edge from one vertex to another, looked for among all.
+fn between(part: &Part<'_>, from: u32, to: u32) -> Option<HalfEdge> {
+    let mut all = part.half_edges().filter(|&half_edge| part.has(half_edge));
+    all.find(|&half_edge| part.origin(half_edge) == from && part.destination(half_edge) == to)
+}
+
+/// Counter-clockwise from a half-edge, by its end points alone: the next one starts where the last triangle ends.
+fn star_by_ends(part: &Part<'_>, first: HalfEdge) -> (Vec<HalfEdge>, StarEnd) {
+    let (mut star, centre) = (vec![first], part.origin(first));
+    loop {
+        let left = part.apex(star[star.len() - 1]);
+        let arriving = star[star.len() - 1].prev();
+        match between(part, centre, left) {
+            Some(next) if next == first => return (star, StarEnd::Closed),
+            Some(next) => star.push(next),
+            None if between(&Part { gone: 0, ..*part }, centre, left).is_some() => {
+                return (star, StarEnd::Elsewhere(arriving));
+            }
+            None => return (star, StarEnd::Hull(arriving)),
+        }
+    }
+}
+
+fn check_stars(part: &Part<'_>) {
+    for first in part.half_edges().filter(|&half_edge| part.has(half_edge)) {
+        let (expected, end) = star_by_ends(part, first);
+        let mut star = part.star(first);
+        assert_eq!(star.by_ref().collect::<Vec<_>>(), expected);
+        assert_eq!(star.end(), Some(end));
+
+        let (begin, why) = part.rewind(first);
+        let (whole, _) = star_by_ends(part, begin);
+        assert!(whole.ends_with(&expected[..1]) || whole.contains(&first));
+        match why {
+            StarEnd::Closed => assert_eq!((begin, end), (first, StarEnd::Closed)),
+            StarEnd::Hull(there) => assert_eq!((there, part.twin(there)), (begin, Twin::Hull)),
+            StarEnd::Elsewhere(there) => assert_eq!((there, part.twin(there)), (begin, Twin::Elsewhere)),
+            StarEnd::Endless => panic!("the star of a triangulation ends"),
+        }
+
+        let vertex = part.origin(first);
+        let is_whole = !matches!(end, StarEnd::Elsewhere(_)) && !matches!(why, StarEnd::Elsewhere(_));
+        for other in 0..part.whole.points.len() as u32 {
+            let arriving = between(part, other, vertex).filter(|arriving| whole.contains(&arriving.next()));
+            match part.arriving_from(first, |corner| corner == other) {
+                Ok(found) => assert!(found == arriving, "{other} to {vertex}"),
+                Err(error) => assert!(!is_whole && arriving.is_none() && error == StarError::Incomplete { vertex }),
+            }
+        }
+    }
+}
+
+/// Walks to a point from every triangle, on through parts that are elsewhere, and compares where it lies with what each triangle says.
+fn check_walks(part: &Part<'_>, target: Point) {
+    let turn = |half_edge| {
+        let [from, to] = [part.origin(half_edge), part.destination(half_edge)].map(|vertex| part.point(vertex));
+        orient2d(from, to, target)
+    };
+    let turns = |triangle| HalfEdge::of_triangle(triangle).map(turn);
+    let is_inside = (0..part.triangle_count()).any(|t| !turns(t).contains(&Orientation::Clockwise));
+    for mut start in part.half_edges() {
+        let mut walk = Walk::new(target, part.triangle_count().into());
+        let end = loop {
+            match walk.run(part, start).unwrap() {
+                WalkEnd::Elsewhere(exit) => {
+                    assert!(part.twin(exit) == Twin::Elsewhere && turn(exit) == Orientation::Clockwise);
+                    let Twin::HalfEdge(twin) = part.whole.twin(exit) else {
+                        panic!("a triangle is there")
+                    };
+                    start = twin;
+                }
+                end => break end,
+            }
+        };
+        let collinear = |triangle| {
+            let turns = turns(triangle);
+            assert!(!turns.contains(&Orientation::Clockwise));
+            turns.into_iter().filter(|&turn| turn == Orientation::Collinear).count()
+        };
+        match end {
+            WalkEnd::Triangle(triangle) => assert_eq!(collinear(triangle), 0),
+            WalkEnd::Edge(edge) => {
+                assert_eq!((turn(edge), collinear(edge.triangle())), (Orientation::Collinear, 1));
+            }
+            WalkEnd::Vertex(leaving) => assert_eq!(part.point(part.origin(leaving)), target),
+            WalkEnd::Hull(exit) => {
+                assert_eq!((turn(exit), part.twin(exit)), (Orientation::Clockwise, Twin::Hull));
+                assert!(!is_inside);
+            }
+            WalkEnd::Elsewhere(_) => unreachable!("it went on"),
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
+
+    #[test]
+    fn stars_are_what_the_ends_of_half_edges_say(points in on_grid(6, 24), gone in prop::sample::select(vec![0u32, 2, 3, 5])) {
+        let triangulation = triangulated(&points);
+        check_stars(&Part { whole: Mesh { triangulation: &triangulation, points: &points }, gone });
+    }
+
+    #[test]
+    fn walks_end_where_the_point_lies(
+        points in on_grid(6, 24),
+        gone in prop::sample::select(vec![0u32, 2, 3]),
+        targets in prop::collection::vec((-2i32..14, -2i32..14), 12),
+    ) {
+        let triangulation = triangulated(&points);
+        let part = Part { whole: Mesh { triangulation: &triangulation, points: &points }, gone };
+        for (x, y) in targets {
+            check_walks(&part, Point::new(f64::from(x) / 2.0, f64::from(y) / 2.0));
+        }
+    }
+
+    #[test]
+    fn walks_end_in_general_position(
+        points in prop::collection::vec((-1.0..1.0, -1.0..1.0).prop_map(|(x, y)| Point::new(x, y)), 0..30).prop_map(distinct),
+        targets in prop::collection::vec((-1.2..1.2, -1.2..1.2), 6),
+    ) {
+        let triangulation = triangulated(&points);
+        let part = Part { whole: Mesh { triangulation: &triangulation, points: &points }, gone: 0 };
+        for (x, y) in targets {
+            check_walks(&part, Point::new(x, y));
+        }
+    }
+}
+
+/// Two triangles whose half-edges are said to lie beside whichever they like.
+struct Nonsense([Twin; 6]);
+
+impl Topology for Nonsense {
+    fn triangle_count(&self) -> u32 {
+        2
+    }
+
+    fn origin(&self, half_edge: HalfEdge) -> u32 {
+        [0, 1, 2, 0, 1, 2][half_edge.index()]
+    }
+
+    fn twin(&self, half_edge: HalfEdge) -> Twin {
+        self.0[half_edge.index()]
+    }
+}
+
+impl Embedded for Nonsense {
+    fn point(&self, vertex: u32) -> Point {
+        [Point::new(0.0, 0.0), Point::new(1.0, 0.0), Point::new(0.0, 1.0)][vertex as usize]
+    }
+}
+
+#[test]
+fn what_contradicts_itself_ends_too() {
+    // Whoever turns counter-clockwise from the first triangle stays in the second for ever.
+    let to_second = Twin::HalfEdge(HalfEdge(3));
+    let nonsense = Nonsense([to_second; 6]);
+    let mut star = nonsense.star(HalfEdge(0));
+    assert_eq!(star.by_ref().count(), 2);
+    assert_eq!(star.end(), Some(StarEnd::Endless));
+    assert_eq!(nonsense.rewind(HalfEdge(0)).1, StarEnd::Endless);
+    let looked_for = nonsense.arriving_from(HalfEdge(0), |_| false);
+    assert_eq!(looked_for, Err(StarError::Endless { vertex: 0 }));
+    let mut walk = Walk::new(Point::new(5.0, 5.0), 2);
+    assert_eq!(walk.run(&nonsense, HalfEdge(0)), Err(EndlessWalk));
+
+    // To the hull on one side, in circles on the other.
+    let mut twins = [Twin::HalfEdge(HalfEdge(5)); 6];
+    twins[2] = Twin::Hull;
+    let looked_for = Nonsense(twins).arriving_from(HalfEdge(0), |_| false);
+    assert_eq!(looked_for, Err(StarError::Endless { vertex: 0 }));
+}

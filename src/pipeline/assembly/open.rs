@@ -1,0 +1,153 @@
+//! Open: the files that a build writes, and what its threads share.
+
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use parking_lot::Mutex;
+
+use crate::constraints::seeds::HoleRules;
+use crate::constraints::segments::blocks::BlockSegments;
+use crate::io::{Buffers, ThreadsFile};
+use crate::memory::plan::Shares;
+use crate::pipeline::assembly::Assembly;
+use crate::pipeline::assembly::prepare::Parts;
+pub(crate) use crate::pipeline::conquer::conquest::{Conquest, ConquestLimits};
+use crate::pipeline::conquer::deferral::Deferral;
+use crate::pipeline::conquer::schedule::Board;
+use crate::pipeline::error::BuildError;
+use crate::pipeline::ingest::point_store::PointStore;
+use crate::pipeline::output::border_log::BorderLog;
+use crate::pipeline::output::writer::{Journal, Output};
+use crate::pipeline::plan::Block;
+use crate::pipeline::resume::journal::FinishedBlocks;
+use crate::store::KdTree;
+
+/// A build in work.
+pub(crate) struct InWork {
+    pub(crate) conquest: Arc<Conquest>,
+    pub(crate) output: Output,
+    /// The file, which has no name yet.
+    pub(crate) path: PathBuf,
+    pub(crate) blocks: Arc<Vec<Block>>,
+    pub(crate) segments: Arc<BlockSegments>,
+    /// All points, if they fit in memory.
+    pub(crate) store: Option<PointStore>,
+    pub(crate) has_z: bool,
+    pub(crate) shares: Shares,
+    /// The cuts above the blocks.
+    pub(crate) tree: KdTree,
+    /// The first tile and the first block that are not finished.
+    pub(crate) first_tile: u32,
+    pub(crate) first_block: u32,
+    /// Bytes of runs: written, written again, and read for that.
+    pub(crate) spilled: [u64; 3],
+    /// Whoever drops this stops the threads too.
+    pub(crate) stop: StopOnDrop,
+}
+
+/// Stops computing when it is dropped.
+pub(crate) struct StopOnDrop(Arc<Conquest>);
+
+impl Drop for StopOnDrop {
+    fn drop(&mut self) {
+        self.0.board.stop();
+    }
+}
+
+impl Assembly {
+    /// Opens all files, behind what a build before has finished.
+    pub(crate) fn open(&self, parts: Parts) -> Result<InWork, BuildError> {
+        let Parts {
+            plan,
+            store,
+            segments,
+            rules,
+            shares,
+            finished,
+            has_journal,
+        } = parts;
+        let path = self.folder.file();
+        let cannot = |error| BuildError::io(&path, "make the file", error);
+        let file = ThreadsFile::from(Arc::new(open(&path, finished.file_length).map_err(cannot)?));
+        let log_path = self.folder.borders();
+        let log_file = open(&log_path, finished.log_length);
+        let log_file = Arc::new(log_file.map_err(|error| BuildError::io(&log_path, "make the border log", error))?);
+        let log = BorderLog::new(
+            Arc::clone(&log_file),
+            finished.log_length,
+            shares.border_log,
+            self.options.tile_vertices,
+        );
+        let blocks = Arc::new(plan.blocks);
+        let journal = has_journal
+            .then(|| self.journal(&finished, log_file, &blocks))
+            .transpose()?;
+        let conquest = Arc::new(Conquest {
+            board: Board::new(&plan.tree, shares.merge_vertices, shares.threads),
+            options: Arc::clone(&self.options),
+            memory: self.memory,
+            spill: self.folder.spill().to_owned(),
+            log: Mutex::new(log),
+            found: Mutex::default(),
+            limits: ConquestLimits {
+                points: plan.points,
+                block_bytes: shares.blocks,
+                has_journal,
+            },
+            buffers: Buffers::keeping(shares.threads.div_ceil(2)),
+            holes: HoleRules {
+                has_holes: rules.has_holes,
+                exterior: self.options.exterior_is_hole,
+            },
+            rules,
+            deferral: Arc::new(Deferral::new(self.memory.most_held())),
+        });
+        let (first_tile, first_block) = (finished.cores.len() as u32, finished.blocks);
+        Ok(InWork {
+            stop: StopOnDrop(Arc::clone(&conquest)),
+            conquest,
+            output: Output::new(file, path.clone(), finished.cores, journal, first_block),
+            path,
+            blocks,
+            segments,
+            store,
+            has_z: plan.has_z,
+            shares,
+            tree: plan.tree,
+            first_tile,
+            first_block,
+            spilled: [plan.bytes_written, plan.bytes_rewritten, plan.bytes_read],
+        })
+    }
+
+    fn journal(
+        &self,
+        finished: &FinishedBlocks,
+        border_log: Arc<File>,
+        blocks: &Arc<Vec<Block>>,
+    ) -> Result<Journal, BuildError> {
+        let path = self.folder.journal();
+        let file = open(&path, finished.journal_length);
+        Ok(Journal {
+            file: Arc::new(file.map_err(|error| BuildError::io(&path, "make the journal", error))?),
+            length: finished.journal_length,
+            border_log,
+            blocks: Arc::clone(blocks),
+            folder: Arc::clone(&self.folder),
+        })
+    }
+}
+
+/// Opens a file to write behind its first `length` bytes, and to read; what comes after those goes away.
+fn open(path: &Path, length: u64) -> io::Result<File> {
+    let file = File::options()
+        .read(true)
+        .write(true)
+        .create(true)
+        .truncate(false)
+        .open(path)?;
+    file.set_len(length)?;
+    Ok(file)
+}

@@ -1,0 +1,264 @@
+//! Publish: the directory, segments that were put off, the name; and the summary.
+
+use std::fs::File;
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::constraints::segment::Segment;
+use crate::edit::error::EditError;
+use crate::edit::tiles::Target;
+use crate::edit::{EditSummary, Work, edit};
+use crate::geometry::Rect;
+use crate::input::MissingZ;
+use crate::io::{Backend, ThreadsFile, WriteAt};
+use crate::memory::machine::peak_memory;
+use crate::pipeline::assembly::Assembly;
+use crate::pipeline::assembly::open::InWork;
+use crate::pipeline::assembly::run::Ran;
+pub(crate) use crate::pipeline::conquer::conquest::Found;
+use crate::pipeline::error::BuildError;
+use crate::pipeline::finish::borders::RegionTotals;
+use crate::pipeline::records::{GENERATION, TileState};
+use crate::pipeline::summary::{BuildSummary, LevelSummary, Waits, phases};
+use crate::store::{CompactError, Directory, Extent, KdTree, Metadata, OpenOptions, TileEntry, TileReader, hull_edges};
+
+/// A file is written anew if more than one of so many parts of it was, for segments that were put off.
+const UNUSED_SHARE: u64 = 8;
+
+/// The file that was written, and what there is to tell of it.
+pub(crate) struct Published {
+    metadata: Metadata,
+    tiles: u64,
+    file_bytes: u64,
+    border_triangles: u64,
+    deferred: u64,
+    found: Found,
+    waits: Waits,
+    blocks: u64,
+    resumed_blocks: u64,
+    /// Bytes read and written, by phase.
+    bytes_read: [u64; 5],
+    bytes_written: [u64; 5],
+}
+
+impl Assembly {
+    /// Completes the file and gives it its name.
+    pub(crate) async fn publish(&mut self, work: InWork, ran: &Ran) -> Result<Published, BuildError> {
+        let InWork {
+            conquest,
+            output,
+            path,
+            blocks,
+            segments,
+            tree,
+            first_tile,
+            first_block,
+            spilled,
+            stop,
+            ..
+        } = work;
+        let found = std::mem::take(&mut *conquest.found.lock());
+        let trees: Vec<KdTree> = found.blocks.iter().map(|block| block.tree.clone()).collect();
+        let ends = found.blocks.iter().map(|block| block.ends).sum();
+        let (cores, borders) = output.extents();
+        let directory = self.directory(
+            tree.with_leaves_cut(&trees),
+            &ran.tiles,
+            cores,
+            borders,
+            ends,
+            &ran.regions,
+        );
+        let bytes = |extents: &[Extent]| extents.iter().map(|e| u64::from(e.length)).sum::<u64>();
+        let [log_read, log_written] = conquest.log.lock().traffic();
+        let core_bytes = bytes(&cores[first_tile as usize..]) + output.journal_bytes() + log_written;
+        let border_bytes = bytes(borders);
+        let deferred = conquest.deferral.take();
+        let (mut file_bytes, finish_bytes) = output.finish(&directory, !deferred.is_empty()).await?;
+        let border_triangles = conquest.log.lock().triangle_count();
+        let waits = Waits {
+            computing_for_blocks: conquest.board.starved(),
+            computing_for_writing: found.waited_to_write,
+            blocks_for_computing: ran.prefetched.waited,
+        };
+        // An edit needs all the memory.
+        drop((stop, conquest, segments));
+        let (deferred_count, mut metadata) = (deferred.len() as u64, directory.metadata);
+        if !deferred.is_empty() {
+            let edited = self.insert(&path, deferred).await?;
+            file_bytes = edited.file_bytes;
+            metadata.constraint_edges = edited.constraint_edges;
+            metadata.regions = edited.regions;
+            metadata.hole_regions = edited.hole_regions;
+            metadata.hole_triangles = edited.hole_triangles;
+        }
+        self.give_name()?;
+        let [written, rewritten, reread] = spilled;
+        Ok(Published {
+            metadata,
+            tiles: directory.tiles.len() as u64,
+            file_bytes,
+            border_triangles,
+            deferred: deferred_count,
+            found,
+            waits,
+            blocks: blocks.len() as u64,
+            resumed_blocks: first_block.into(),
+            bytes_read: [0, reread, ran.prefetched.bytes, log_read, 0],
+            bytes_written: [written, rewritten, core_bytes, border_bytes, finish_bytes],
+        })
+    }
+
+    /// Gives the file its name, unless something is against that by now.
+    fn give_name(&self) -> Result<(), BuildError> {
+        if let Some(inverted) = self.given.inverted_if_uncrossed {
+            return Err(BuildError::Inverted(inverted));
+        }
+        if self.options.progress.is_cancelled() {
+            return Err(BuildError::Cancelled);
+        }
+        if !self.options.force && self.output.exists() {
+            return Err(BuildError::OutputExists(self.output.clone()));
+        }
+        self.folder.publish()
+    }
+
+    /// What there is to tell.
+    pub(crate) fn summarise(&self, written: Published, ran: &Ran) -> BuildSummary {
+        let Published { metadata, found, .. } = written;
+        BuildSummary {
+            points: metadata.points,
+            duplicates: metadata.duplicates,
+            vertices: metadata.vertices,
+            triangles: metadata.triangles,
+            border_triangles: written.border_triangles,
+            hull_edges: metadata.hull_edges,
+            ends: metadata.ends,
+            constraint_edges: metadata.constraint_edges,
+            crossings: metadata.crossings,
+            split_points: self.given.split_points,
+            sites: metadata.sites,
+            regions: metadata.regions,
+            hole_regions: metadata.hole_regions,
+            hole_triangles: metadata.hole_triangles,
+            inverted_regions: self.given.put_right.parts,
+            first_inverted: self.given.put_right.inverted.map(|inverted| inverted.first),
+            held_triangles: found.blocks.iter().map(|block| block.held_triangles).sum(),
+            deferred_segments: written.deferred,
+            without_z: found.without_z.count,
+            tiles: written.tiles,
+            file_bytes: written.file_bytes,
+            blocks: written.blocks,
+            resumed_blocks: written.resumed_blocks,
+            waits: written.waits,
+            phases: phases(self.began, &ran.began, written.bytes_read, written.bytes_written),
+            levels: levels(&found),
+            peak_memory: peak_memory(),
+        }
+    }
+
+    /// Inserts the segments that were put off into the file, which has no name yet.
+    async fn insert(&self, path: &Path, segments: Vec<Segment>) -> Result<EditSummary, BuildError> {
+        let _span = tracing::debug_span!("insert", segments = segments.len()).entered();
+        let (progress, folder) = (Arc::clone(&self.options.progress), Arc::clone(&self.folder));
+        // The thread holds the folder's lock too: it may outlive this future.
+        let is_cancelled = move || {
+            let _ = &folder;
+            progress.is_cancelled()
+        };
+        let work = Work {
+            segments,
+            z: Vec::new(),
+            lines: Vec::new(),
+            new_records: 0,
+            missing_z: MissingZ::Zero,
+            inverted: None,
+            is_draft: true,
+            threads: self.options.threads,
+        };
+        let mut edited = edit(Target::lock(path)?, work, self.memory.total(), is_cancelled).await?;
+        if edited.bytes_appended > edited.file_bytes / UNUSED_SHARE {
+            // What was just written is in the page cache, which a ring may read past.
+            let options = OpenOptions::default()
+                .memory(self.memory.rest())
+                .backend(Backend::Threads);
+            let reader = TileReader::open(path, options).await;
+            let reader = reader.map_err(EditError::Read)?;
+            let compacted = reader.compact(path).await;
+            edited.file_bytes = compacted.map_err(|error| match error {
+                CompactError::Read(error) => EditError::Read(error).into(),
+                CompactError::Io { what, source, .. } => BuildError::io(path, what, source),
+            })?;
+        } else {
+            let file = File::options().write(true).open(path);
+            let file = file.map_err(|error| BuildError::io(path, "open", error))?;
+            let synced = ThreadsFile::from(Arc::new(file)).sync().await;
+            synced.map_err(|error| BuildError::io(path, "sync", error))?;
+        }
+        Ok(edited)
+    }
+
+    /// The directory of a file whose extents are all written.
+    fn directory(
+        &mut self,
+        tree: KdTree,
+        states: &[TileState],
+        cores: &[Extent],
+        borders: &[Extent],
+        ends: u64,
+        regions: &RegionTotals,
+    ) -> Directory {
+        let extents = cores.iter().zip(borders);
+        let entry = |(tile, (&core, &border)): (&TileState, (&Extent, &Extent))| TileEntry {
+            core,
+            border,
+            generation: GENERATION,
+            vertices: tile.vertices,
+            core_triangles: tile.core_triangles,
+            border_triangles: tile.border_triangles,
+            owned_triangles: tile.owned_triangles,
+            bounds: tile.bounds,
+        };
+        let tiles: Vec<TileEntry> = states.iter().zip(extents).map(entry).collect();
+        let vertices = tiles.iter().map(|t| u64::from(t.vertices)).sum();
+        let triangles = tiles.iter().map(|t| u64::from(t.owned_triangles)).sum();
+        let metadata = Metadata {
+            points: self.given.points,
+            has_z: self.given.has_z,
+            sources: self.given.description.sources.clone(),
+            crs: self.given.description.crs.clone(),
+            tile_vertices: self.options.tile_vertices as u32,
+            vertices,
+            triangles,
+            bounds: tiles.iter().fold(Rect::EMPTY, |all, t| all.union(t.bounds)),
+            duplicates: (self.given.points + ends).saturating_sub(vertices),
+            ends,
+            sites: self.given.site_count,
+            crossings: self.given.crossings,
+            borders: std::mem::take(&mut self.given.borders),
+            lines: self.given.description.lines.clone(),
+            next_record: self.given.next_record,
+            exterior_is_hole: self.options.exterior_is_hole,
+            seeds: std::mem::take(&mut self.given.seeds),
+            constraint_edges: states.iter().map(|state| state.constraint_edges).sum(),
+            regions: regions.regions,
+            spanning_regions: regions.spanning,
+            hole_regions: regions.hole_regions,
+            hole_triangles: regions.hole_triangles,
+            hull_edges: hull_edges(vertices, triangles),
+            ..Metadata::default()
+        };
+        Directory { metadata, tree, tiles }
+    }
+}
+
+/// The levels of the merge tree, those of all blocks together and those above.
+fn levels(found: &Found) -> Vec<LevelSummary> {
+    let mut levels: Vec<LevelSummary> = Vec::new();
+    for of_part in found.blocks.iter().map(|block| &block.levels).chain([&found.levels]) {
+        levels.resize_with(levels.len().max(of_part.len()), LevelSummary::default);
+        let pairs = levels.iter_mut().zip(of_part);
+        pairs.for_each(|(level, part)| level.add(*part));
+    }
+    levels
+}

@@ -1,0 +1,128 @@
+//! What is true of each vertex of a tile, noted for all searches when the first one asks.
+
+use super::ground::Ground;
+use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::query::request::Contradiction;
+use crate::store::{Across, Marks};
+
+/// What is true of a vertex. It takes one byte, since each vertex of all tiles in the cache has one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Mark(u8);
+
+const TURNING: u8 = 1;
+const SITE: u8 = 2;
+const SINGLE: u8 = 4;
+
+impl Mark {
+    /// Whether a path can bend round the vertex, in one of its sectors.
+    #[inline]
+    pub(crate) fn turns(self) -> bool {
+        self.0 & TURNING != 0
+    }
+
+    /// Whether a site lies there.
+    #[inline]
+    pub(crate) fn has_site(self) -> bool {
+        self.0 & SITE != 0
+    }
+
+    /// Whether it has one free sector only.
+    #[inline]
+    pub(crate) fn is_single(self) -> bool {
+        self.0 & SINGLE != 0
+    }
+}
+
+impl<'t> Ground<'t> {
+    /// What is true of a vertex, if the tile has one of this number. Where the tile contradicts itself, the star says so when it is
+    /// walked round.
+    #[inline]
+    pub(crate) fn mark(self, vertex: u32) -> Option<Mark> {
+        self.marks().of_vertices.get(vertex as usize).copied().map(Mark)
+    }
+
+    /// Whether the tile has break lines.
+    pub(crate) fn has_break_lines(self) -> bool {
+        self.marks().has_break_lines
+    }
+
+    /// What is true of each vertex of the tile, and the neighbours at the right and left end of the sector in which it turns.
+    fn marks(self) -> &'t Marks {
+        self.tile.notes().marks(|| self.find_marks())
+    }
+
+    /// Whether a straight way from a point to a vertex of the tile that turns may go on round what is beside it. It may not if both ends
+    /// of the sector face the point.
+    pub(crate) fn can_turn(self, from: Point, vertex: u32) -> bool {
+        let marks = self.marks();
+        let Some(ends) = marks.ends.get(marks.place[vertex as usize] as usize) else {
+            return true;
+        };
+        let at = self.point(vertex);
+        let turn = |end| orient2d(from, at, self.point(end));
+        turn(ends[1]) != Orientation::Clockwise || turn(ends[0]) != Orientation::CounterClockwise
+    }
+
+    fn find_marks(self) -> Marks {
+        const TOUCHED: u8 = 128;
+        let vertices = self.tile.vertex_count();
+        let mut marks = vec![SINGLE; vertices as usize];
+        for site in self.tile.sites() {
+            marks[site.vertex as usize] |= SITE;
+        }
+        let mut has_break_lines = false;
+        for side in self.tile.constraint_sides().map(HalfEdge) {
+            has_break_lines |= !self.tile.is_wall(side.0);
+            let is_blocked = self.tile.is_wall(side.0)
+                || match self.tile.across(side.0) {
+                    Across::Side(other) => self.is_free(side.triangle()) != self.is_free(HalfEdge(other).triangle()),
+                    Across::Hull | Across::Elsewhere => self.is_free(side.triangle()) != self.outside_is_free,
+                };
+            let ends = [side, side.next()].map(|side| self.tile.origin(side.0));
+            for end in ends.into_iter().filter(|&end| is_blocked && end < vertices) {
+                marks[end as usize] |= TOUCHED;
+            }
+        }
+        let mut ends = Vec::new();
+        let mut place = vec![u32::MAX; vertices as usize];
+        for (vertex, mark) in (0..).zip(&mut marks) {
+            if *mark & TOUCHED == 0 {
+                continue;
+            }
+            *mark &= !(TOUCHED | SINGLE);
+            match self.sectors(vertex) {
+                Ok((sectors, turning)) => {
+                    *mark |= if sectors == 1 { SINGLE } else { 0 };
+                    if let Some(of_turning) = turning {
+                        *mark |= TURNING;
+                        place[vertex as usize] = ends.len() as u32;
+                        ends.push(of_turning);
+                    }
+                }
+                Err(_) => *mark |= TURNING,
+            }
+        }
+        Marks {
+            of_vertices: marks,
+            place,
+            ends,
+            has_break_lines,
+        }
+    }
+
+    /// How many free sectors a vertex has, and the neighbours at the right and left end of that in which it turns.
+    fn sectors(self, vertex: u32) -> Result<(u32, Option<[u32; 2]>), Contradiction> {
+        let (mut sectors, mut turning) = (0, None);
+        for wedge in self.free_wedges(vertex)? {
+            if self.right_of(vertex, wedge)?.is_some() {
+                continue;
+            }
+            sectors += 1;
+            if self.turns_from(vertex, wedge)? {
+                let last = self.end_of_sector(vertex, wedge, true)?;
+                turning = Some([self.neighbours(vertex, wedge)?[0], self.neighbours(vertex, last)?[1]]);
+            }
+        }
+        Ok((sectors, turning))
+    }
+}

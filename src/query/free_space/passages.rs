@@ -1,0 +1,243 @@
+//! What lies beyond the sides of a tile's triangles, noted for all searches when the first one comes to a side, and where dead ends begin.
+//!
+//! A triangle that one can leave by one side only is a *dead end*, and so is one that besides leads to dead ends only. No shortest way
+//! goes through it that has neither of its ends there: it would come back to the side by which it entered, and could go along that.
+//! Triangles at whose corners there are sites count as ways out, and so do those of the border, which other tiles have too.
+//!
+//! ```text
+//!     ──────────┬───────       t has one side that is not blocked, and with t left out, so has u: both are dead ends. Who comes to
+//!       ╲   u  ╱ ╲             the side between v and u need not go on, but for a goal in u or t. Whoever starts there goes out
+//!     ═══╲    ╱ t ║            as if nothing was noted: the sides are noted as seen from outside
+//!         ╲  ╱    ║
+//!       v  ╲╱═════╝
+//! ```
+//!
+//! That sides agree with those beyond them is checked when they are noted, and not at each crossing. To look for dead ends takes all sides of
+//! the tile, which pays where many searches come; the first ones do without.
+
+use std::sync::atomic::Ordering;
+
+use super::ground::{Beyond, Ground};
+use crate::geometry::{HalfEdge, Orientation, orient2d};
+use crate::store::{Noted, NotedSide, NotedSides};
+
+/// What lies beyond a side, if it is no side: from here on, and [`NotedSide::NONE`].
+const NO_SIDE: u32 = u32::MAX - 4;
+const BLOCKED: u32 = NO_SIDE;
+const ELSEWHERE: u32 = NO_SIDE + 1;
+const OUTSIDE: u32 = NO_SIDE + 2;
+const AT_ODDS: u32 = NO_SIDE + 3;
+/// Of a side beyond which there is a dead end.
+const DEAD_END: u32 = 1 << 31;
+
+/// The search that comes to a tile as this one looks for its dead ends: to do that takes as long as some tens of ways across the tile.
+const LOOKS_FOR_DEAD_ENDS: u32 = 16;
+
+/// What lies beyond a side of a free triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Passage {
+    /// A free triangle, with this side.
+    Side(HalfEdge),
+    /// The same, and it leads nowhere else.
+    DeadEnd(HalfEdge),
+    /// A triangle of another tile, or the hull.
+    Elsewhere,
+    /// The free outside.
+    Outside,
+    /// Nothing that one may enter.
+    Blocked,
+    /// A triangle that does not lie there: the tile is damaged.
+    AtOdds,
+}
+
+/// The sides of a tile, and what is noted of them.
+#[derive(Clone, Copy)]
+pub(crate) struct Passages<'t> {
+    ground: Ground<'t>,
+    noted: &'t NotedSides,
+}
+
+impl<'t> Ground<'t> {
+    /// What lies beyond the sides of the tile's triangles.
+    #[inline]
+    pub(crate) fn passages(self) -> Passages<'t> {
+        Passages {
+            ground: self,
+            noted: self.tile.notes().sides(3 * self.tile.triangle_count()),
+        }
+    }
+}
+
+impl<'t> Passages<'t> {
+    /// The tile.
+    #[inline]
+    pub(crate) fn ground(self) -> Ground<'t> {
+        self.ground
+    }
+
+    /// What lies beyond a side.
+    #[inline]
+    pub(crate) fn beyond(self, side: HalfEdge) -> Passage {
+        let noted = match self.noted.of_sides[side.index()].get(Noted::Beyond) {
+            NotedSide::NONE => self.note(side),
+            noted => noted,
+        };
+        match noted {
+            BLOCKED => Passage::Blocked,
+            ELSEWHERE => Passage::Elsewhere,
+            OUTSIDE => Passage::Outside,
+            AT_ODDS => Passage::AtOdds,
+            side if side & DEAD_END != 0 && self.may_mark() => Passage::DeadEnd(HalfEdge(side & !DEAD_END)),
+            side => Passage::Side(HalfEdge(side)),
+        }
+    }
+
+    /// Whether dead ends are marked: not where there are so many sides that the mark would be one's number.
+    #[inline]
+    fn may_mark(self) -> bool {
+        self.noted.of_sides.len() <= DEAD_END as usize
+    }
+
+    /// The corner that a side starts at.
+    #[inline]
+    pub(crate) fn corner(self, side: HalfEdge) -> u32 {
+        let noted = &self.noted.of_sides[side.index()];
+        match noted.get(Noted::Corner) {
+            NotedSide::NONE => noted.note(Noted::Corner, self.ground.tile.origin(side.0)),
+            corner => corner,
+        }
+    }
+
+    /// Finds out what lies beyond a side.
+    #[cold]
+    fn note(self, side: HalfEdge) -> u32 {
+        let beyond = match self.ground.beyond(side) {
+            Beyond::Side(other) if self.agree(side, other) => other.0,
+            Beyond::Side(_) => AT_ODDS,
+            Beyond::Elsewhere => ELSEWHERE,
+            Beyond::Outside => OUTSIDE,
+            Beyond::Blocked => BLOCKED,
+        };
+        self.noted.of_sides[side.index()].note(Noted::Beyond, beyond)
+    }
+
+    /// Whether two sides have the same ends, and the triangle of the other one lies on its left.
+    fn agree(self, side: HalfEdge, other: HalfEdge) -> bool {
+        let [from, to] = [side, side.next()].map(|side| self.corner(side));
+        let corners = HalfEdge::of_triangle(other.triangle()).map(|side| self.corner(side));
+        let [to_there, from_there] = [other, other.next()].map(|side| corners[side.corner() as usize]);
+        let is_same = |a: u32, b: u32| a == b || self.ground.point(a) == self.ground.point(b);
+        let [a, b, c] = corners.map(|corner| self.ground.point(corner));
+        is_same(from, from_there) && is_same(to, to_there) && orient2d(a, b, c) == Orientation::CounterClockwise
+    }
+
+    /// A search comes to the tile: whether dead ends are known in it, from now on.
+    pub(crate) fn come(self) -> bool {
+        if self.noted.knows_dead_ends.load(Ordering::Acquire) {
+            return true;
+        }
+        let is_time = self.noted.visits.fetch_add(1, Ordering::Relaxed) + 1 == LOOKS_FOR_DEAD_ENDS;
+        if is_time {
+            self.find_dead_ends();
+        }
+        is_time
+    }
+
+    /// Marks dead ends. Only one search may do so.
+    fn find_dead_ends(self) {
+        // Where nothing is blocked, nothing is a dead end.
+        if self.ground.may_block() && self.may_mark() {
+            self.mark_dead_ends();
+        }
+        self.noted.knows_dead_ends.store(true, Ordering::Release);
+    }
+
+    /// A triangle, and those by which one comes to it if it is in a dead end, up to the first one that is not.
+    pub(crate) fn way_in(self, triangle: u32) -> Vec<u32> {
+        let mut way = Vec::new();
+        let mut triangle = triangle;
+        for _ in 0..self.ground.tile.triangle_count() {
+            way.push(triangle);
+            let sides = HalfEdge::of_triangle(triangle);
+            // From inside, the only way out is not marked.
+            let out = sides
+                .into_iter()
+                .map(|side| self.beyond(side))
+                .find_map(|beyond| match beyond {
+                    Passage::Side(side) => Some(side),
+                    _ => None,
+                });
+            match out {
+                Some(out) if matches!(self.beyond(out), Passage::DeadEnd(_)) => triangle = out.triangle(),
+                _ => break,
+            }
+        }
+        way
+    }
+
+    /// Takes away triangles that have one way out, and then those that have one way out without them, and so on.
+    fn mark_dead_ends(self) {
+        let is_site: Vec<bool> = self.ground.site_marks();
+        let ways = |triangle: u32| -> u8 {
+            let sides = HalfEdge::of_triangle(triangle);
+            // What is not a side of the tile, nor blocked, is a way out that stays.
+            let count = sides.map(|side| match self.beyond(side) {
+                Passage::Blocked => 0,
+                Passage::Side(_) | Passage::DeadEnd(_) => 1,
+                Passage::Elsewhere | Passage::Outside | Passage::AtOdds => 2,
+            });
+            count.into_iter().sum()
+        };
+        let core = self.ground.tile.core_triangle_count();
+        let mut left: Vec<u8> = (0..core)
+            .map(|triangle| {
+                let mut corners = HalfEdge::of_triangle(triangle)
+                    .into_iter()
+                    .map(|side| self.corner(side));
+                let stays = !self.ground.is_free(triangle) || corners.any(|corner| is_site[corner as usize]);
+                if stays { u8::MAX } else { ways(triangle) }
+            })
+            .collect();
+        let mut ends: Vec<u32> = (0..core).filter(|&triangle| left[triangle as usize] <= 1).collect();
+        while let Some(triangle) = ends.pop() {
+            left[triangle as usize] = u8::MAX;
+            let mut sides = HalfEdge::of_triangle(triangle).into_iter();
+            let out = sides.find_map(|side| match self.beyond(side) {
+                Passage::Side(out) => Some(out),
+                _ => None,
+            });
+            let Some(out) = out else { continue };
+            if !matches!(self.beyond(out), Passage::Side(_) | Passage::DeadEnd(_)) {
+                continue;
+            }
+            self.noted.of_sides[out.index()].set_bits(Noted::Beyond, DEAD_END);
+            if let Some(left) = left.get_mut(out.triangle() as usize).filter(|left| **left < u8::MAX) {
+                *left = left.saturating_sub(1);
+                if *left == 1 {
+                    ends.push(out.triangle());
+                }
+            }
+        }
+    }
+}
+
+impl Ground<'_> {
+    /// Whether a side may be blocked.
+    fn may_block(self) -> bool {
+        let mut components = 0..self.tile.component_count();
+        !self.outside_is_free
+            || components.any(|component| self.tile.component_at(component).is_hole)
+            || self.tile.constraint_sides().any(|side| self.tile.is_wall(side))
+    }
+
+    fn site_marks(self) -> Vec<bool> {
+        let mut marks = vec![false; self.tile.vertex_count() as usize];
+        for site in self.tile.sites() {
+            marks[site.vertex as usize] = true;
+        }
+        marks
+    }
+}
+
+#[cfg(test)]
+mod tests;

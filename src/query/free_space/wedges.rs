@@ -1,0 +1,234 @@
+//! The sectors round a vertex.
+//!
+//! Round a vertex, the edges that [block](super::ground) part the plane into
+//! sectors; whoever arrives at a vertex in one sector leaves it in the same. A **wedge** is what one triangle has of the plane
+//! round its corner; at a hull vertex the outside is a wedge too.
+//!
+//! ```text
+//!            left
+//!         q ╱
+//!          ╱ wedge      the blocked edges v–p and v–r part the plane round v into two sectors: the one drawn, of the two wedges
+//!       v ●──── s       (p s) and (s q), which goes on to r, and that below v
+//!          ╲ wedge
+//!         p ╲
+//!            right
+//! ```
+//!
+//! A shortest path bends only where the free side of its sector is wider than a half-turn. The angles of all sectors of a vertex
+//! make a full turn, so at most one of them is so wide: a vertex *turns* in one sector or in none.
+
+use super::ground::Ground;
+use super::passages::Passage;
+use crate::geometry::{HalfEdge, Orientation, orient2d};
+use crate::query::request::Contradiction;
+use crate::store::Across;
+
+/// A part of the plane round a vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Wedge {
+    /// That of the triangle of this side, which leaves the vertex.
+    Triangle(HalfEdge),
+    /// What lies outside the hull.
+    Outside,
+}
+
+impl<'t> Ground<'t> {
+    fn is_free_wedge(self, wedge: Wedge) -> bool {
+        match wedge {
+            Wedge::Triangle(side) => self.is_free(side.triangle()),
+            Wedge::Outside => self.outside_is_free,
+        }
+    }
+
+    /// The wedge beyond the left edge of one, whatever separates them.
+    fn any_left(self, vertex: u32, wedge: Wedge) -> Result<Wedge, Contradiction> {
+        match wedge {
+            Wedge::Triangle(side) => match self.tile.across(side.prev().0) {
+                Across::Side(other) => Ok(Wedge::Triangle(HalfEdge(other))),
+                Across::Hull => Ok(Wedge::Outside),
+                Across::Elsewhere => Err(Contradiction::IncompleteStar(vertex)),
+            },
+            Wedge::Outside => self.first(vertex).map(Wedge::Triangle),
+        }
+    }
+
+    /// The wedge beyond the left edge of a free one, if one may go there.
+    pub(crate) fn left_of(self, vertex: u32, wedge: Wedge) -> Result<Option<Wedge>, Contradiction> {
+        let side = match wedge {
+            Wedge::Triangle(side) => side.prev(),
+            Wedge::Outside => {
+                let first = self.first(vertex)?;
+                let is_open = !self.tile.is_wall(first.0) && self.is_free(first.triangle());
+                return Ok(is_open.then_some(Wedge::Triangle(first)));
+            }
+        };
+        self.wedge_beyond(vertex, side, |there| there)
+    }
+
+    /// The wedge beyond the right edge of a free one, if one may go there.
+    pub(crate) fn right_of(self, vertex: u32, wedge: Wedge) -> Result<Option<Wedge>, Contradiction> {
+        match wedge {
+            Wedge::Triangle(side) => self.wedge_beyond(vertex, side, HalfEdge::next),
+            Wedge::Outside => {
+                let last = self.last(vertex)?;
+                let is_open = !self.tile.is_wall(last.prev().0) && self.is_free(last.triangle());
+                Ok(is_open.then_some(Wedge::Triangle(last)))
+            }
+        }
+    }
+
+    /// The wedge beyond the left or the right edge of a free one, if one may go there.
+    pub(crate) fn beside(self, vertex: u32, wedge: Wedge, leftwards: bool) -> Result<Option<Wedge>, Contradiction> {
+        if leftwards {
+            self.left_of(vertex, wedge)
+        } else {
+            self.right_of(vertex, wedge)
+        }
+    }
+
+    /// The wedge beyond a side of a free triangle at one of its ends, if one may go there, given the side that leaves the vertex there.
+    #[inline]
+    fn wedge_beyond(
+        self,
+        vertex: u32,
+        side: HalfEdge,
+        leaving: impl FnOnce(HalfEdge) -> HalfEdge,
+    ) -> Result<Option<Wedge>, Contradiction> {
+        match self.passages().beyond(side) {
+            Passage::Side(there) | Passage::DeadEnd(there) => Ok(Some(Wedge::Triangle(leaving(there)))),
+            Passage::Outside => Ok(Some(Wedge::Outside)),
+            Passage::Blocked => Ok(None),
+            Passage::Elsewhere | Passage::AtOdds => Err(Contradiction::IncompleteStar(vertex)),
+        }
+    }
+
+    /// The neighbours of a vertex between which a wedge lies: that on its right, and that on its left.
+    pub(crate) fn neighbours(self, vertex: u32, wedge: Wedge) -> Result<[u32; 2], Contradiction> {
+        let (right, left) = match wedge {
+            Wedge::Triangle(side) => (side.next(), side.prev()),
+            Wedge::Outside => (self.last(vertex)?.prev(), self.first(vertex)?.next()),
+        };
+        Ok([right, left].map(|side| self.passages().corner(side)))
+    }
+
+    /// The side that leaves a hull vertex along the hull, with the hull's inside on its left.
+    pub(crate) fn first(self, vertex: u32) -> Result<HalfEdge, Contradiction> {
+        let mut side = self.leaving(vertex)?;
+        for _ in 0..self.tile.triangle_count() {
+            match self.tile.across(side.0) {
+                Across::Side(other) => side = HalfEdge(other).next(),
+                Across::Hull => return Ok(side),
+                Across::Elsewhere => return Err(Contradiction::IncompleteStar(vertex)),
+            }
+        }
+        Err(Contradiction::NotOnHull(vertex))
+    }
+
+    /// The side that leaves a hull vertex, of the triangle whose side before it comes in along the hull.
+    pub(crate) fn last(self, vertex: u32) -> Result<HalfEdge, Contradiction> {
+        let mut side = self.leaving(vertex)?;
+        for _ in 0..self.tile.triangle_count() {
+            match self.tile.across(side.prev().0) {
+                Across::Side(other) => side = HalfEdge(other),
+                Across::Hull => return Ok(side),
+                Across::Elsewhere => return Err(Contradiction::IncompleteStar(vertex)),
+            }
+        }
+        Err(Contradiction::NotOnHull(vertex))
+    }
+
+    /// The hull edge that leaves a hull vertex, or the one that comes in; the hull is on its left.
+    pub(crate) fn along_hull(self, vertex: u32, forward: bool) -> Result<HalfEdge, Contradiction> {
+        if forward {
+            self.first(vertex)
+        } else {
+            self.last(vertex).map(HalfEdge::prev)
+        }
+    }
+
+    fn leaving(self, vertex: u32) -> Result<HalfEdge, Contradiction> {
+        if vertex >= self.tile.vertex_count() {
+            return Err(Contradiction::NoVertex(vertex));
+        }
+        let side = self.tile.side_leaving(vertex);
+        side.map(HalfEdge).ok_or(Contradiction::NoTriangle(vertex))
+    }
+
+    /// The wedges round a vertex of the tile that are free.
+    pub(crate) fn free_wedges(self, vertex: u32) -> Result<Vec<Wedge>, Contradiction> {
+        let mut wedges = self.wedges(vertex)?;
+        wedges.retain(|&wedge| self.is_free_wedge(wedge));
+        Ok(wedges)
+    }
+
+    /// All wedges round a vertex of the tile, counter-clockwise.
+    pub(crate) fn wedges(self, vertex: u32) -> Result<Vec<Wedge>, Contradiction> {
+        let mut wedges = Vec::new();
+        let start = Wedge::Triangle(self.leaving(vertex)?);
+        let mut wedge = start;
+        for _ in 0..=self.tile.triangle_count() {
+            wedges.push(wedge);
+            wedge = self.any_left(vertex, wedge)?;
+            if wedge == start {
+                return Ok(wedges);
+            }
+        }
+        Err(Contradiction::EndlessStar(vertex))
+    }
+
+    /// Whether a path may have to bend in the sector of a wedge: it is wider than a half-turn, or holds the outside,
+    /// along whose edges one walks from vertex to vertex. A sector that nothing blocks does not count.
+    pub(crate) fn sector_turns(self, vertex: u32, wedge: Wedge) -> Result<bool, Contradiction> {
+        let mut start = wedge;
+        for _ in 0..=self.tile.triangle_count() {
+            match self.right_of(vertex, start)? {
+                Some(right) if right == wedge => return Ok(false),
+                Some(right) => start = right,
+                None => return self.turns_from(vertex, start),
+            }
+        }
+        Err(Contradiction::EndlessStar(vertex))
+    }
+
+    /// The same for the rightmost wedge of a sector.
+    pub(super) fn turns_from(self, vertex: u32, start: Wedge) -> Result<bool, Contradiction> {
+        let at = self.point(vertex);
+        let from = self.neighbours(vertex, start)?[0];
+        let from_point = self.point(from);
+        let mut wedge = start;
+        for _ in 0..=self.tile.triangle_count() {
+            let left = self.neighbours(vertex, wedge)?[1];
+            let is_wide = left == from || orient2d(at, from_point, self.point(left)) == Orientation::Clockwise;
+            if wedge == Wedge::Outside || is_wide {
+                return Ok(true);
+            }
+            match self.left_of(vertex, wedge)? {
+                Some(left) if left != start => wedge = left,
+                _ => return Ok(false),
+            }
+        }
+        Err(Contradiction::EndlessStar(vertex))
+    }
+
+    /// The rightmost wedge of the sector in which paths bend round a vertex, if there is one.
+    pub(crate) fn turning_sector(self, vertex: u32) -> Result<Option<Wedge>, Contradiction> {
+        for wedge in self.free_wedges(vertex)? {
+            if self.right_of(vertex, wedge)?.is_none() && self.turns_from(vertex, wedge)? {
+                return Ok(Some(wedge));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The last wedge of a sector, from one of its wedges on leftwards or rightwards.
+    pub(crate) fn end_of_sector(self, vertex: u32, wedge: Wedge, leftwards: bool) -> Result<Wedge, Contradiction> {
+        let mut wedge = wedge;
+        for _ in 0..=self.tile.triangle_count() {
+            match self.beside(vertex, wedge, leftwards)? {
+                Some(there) => wedge = there,
+                None => return Ok(wedge),
+            }
+        }
+        Err(Contradiction::EndlessStar(vertex))
+    }
+}

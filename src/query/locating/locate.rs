@@ -1,0 +1,95 @@
+//! Which triangle contains a point, and how high it lies there.
+
+use super::location::Location;
+use super::walk::{Locate, Step};
+use crate::geometry::Point;
+use crate::query::request::{Contradiction, representable};
+use crate::store::{ReadError, TileReader, VertexId};
+
+/// Where points lie.
+impl TileReader {
+    /// Where a point lies. Reads the tile of its cell, and others where the walk to the point enters them. A coordinate closer
+    /// to 0 than [`Point::MIN_MAGNITUDE`] counts as 0. The [example of the library](crate#example) asks for one.
+    ///
+    /// # Errors
+    /// If a tile cannot be read, or tiles contradict each other. A point that is not finite lies outside.
+    pub async fn locate(&self, x: f64, y: f64) -> Result<Location, ReadError> {
+        let target = Point::new(representable(x), representable(y));
+        let directory = self.directory();
+        let Some(mut id) = directory.tree.tile_at(target) else {
+            return Ok(Location::Outside);
+        };
+        if !directory.metadata.bounds.contains(target) {
+            return Ok(Location::Outside);
+        }
+        let mut walk = Locate::new(target, directory.metadata.triangles);
+        loop {
+            let tile = self.tile(id).await?;
+            let step = walk.step(&tile);
+            match step.map_err(|contradiction| self.damaged(id, contradiction.to_string()))? {
+                Step::Need(other) => id = other,
+                Step::Done(walked) => return Ok(walked.location),
+            }
+        }
+    }
+
+    /// The z of the triangulation at a point: on the plane through the corners of its triangle. `None` outside, and if the file has no z.
+    ///
+    /// Corners that other tiles own are read there; where all belong to one tile, [`TriangleRef::z_at`] comes to the same.
+    ///
+    /// [`TriangleRef::z_at`]: crate::query::TriangleRef::z_at
+    ///
+    /// # Errors
+    /// As [`locate`](Self::locate).
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// # use delaunay_tiles::{BuildOptions, Builder, OpenOptions, Point, TileReader, input::PointBatch};
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let folder = tempfile::tempdir()?;
+    /// # let path = folder.path().join("slope.tiles");
+    /// # tokio::runtime::Runtime::new()?.block_on(async {
+    /// # let points: Vec<Point> = (0..2500).map(|i| Point::new(f64::from(i % 50), f64::from(i / 50))).collect();
+    /// # let z = points.iter().map(|p| p.x + 2.0 * p.y).collect();
+    /// # let options = BuildOptions { tile_vertices: 100, ..BuildOptions::default() };
+    /// # let mut builder = Builder::new(&path, options)?;
+    /// # builder.push(&PointBatch { records: (0..2500).collect(), points, z }).await?;
+    /// # builder.finish().await?;
+    /// let slope = TileReader::open(&path, OpenOptions::default()).await?;
+    /// for x in 0..490 {
+    ///     let x = f64::from(x) / 10.0;
+    ///     let z = slope.z_at(x, 20.25).await?.expect("it lies inside");
+    ///     assert!((z - (x + 40.5)).abs() < 1e-9);
+    /// }
+    /// assert_eq!(slope.z_at(-1.0, 20.0).await?, None);
+    /// # Ok(())
+    /// # })
+    /// # }
+    /// ```
+    pub async fn z_at(&self, x: f64, y: f64) -> Result<Option<f64>, ReadError> {
+        let mut triangle = match self.locate(x, y).await? {
+            Location::InTriangle(triangle) | Location::OnEdge { triangle, .. } => triangle,
+            Location::OnVertex(vertex) => return self.z_of(vertex.id).await,
+            Location::Outside => return Ok(None),
+        };
+        if self.directory().metadata.has_z {
+            for (z, vertex) in triangle.z.iter_mut().zip(triangle.vertices) {
+                if z.is_none() {
+                    *z = self.z_of(vertex.id).await?;
+                }
+            }
+        }
+        Ok(triangle.z_at(Point::new(x, y)))
+    }
+
+    /// The z of a vertex that a tile names.
+    async fn z_of(&self, vertex: VertexId) -> Result<Option<f64>, ReadError> {
+        let tile = self.tile(vertex.tile).await?;
+        if vertex.index >= tile.vertex_count() {
+            let contradiction = Contradiction::NoVertex(vertex.index);
+            return Err(self.damaged(vertex.tile, contradiction.to_string()));
+        }
+        Ok(tile.z(vertex.index))
+    }
+}

@@ -1,0 +1,91 @@
+//! All triangles that meet a rectangle.
+
+use futures::stream;
+use futures::stream::{Stream, StreamExt};
+
+use super::location::TriangleRef;
+use crate::geometry::{Orientation, Point, Rect, orient2d};
+use crate::query::request::representable;
+use crate::store::{ReadError, TileId, TileReader};
+
+impl TileReader {
+    /// The triangles that have a point in common with a closed rectangle, each once, in the order of the tiles. A side closer
+    /// to 0 than [`Point::MIN_MAGNITUDE`] counts as 0.
+    ///
+    /// The stream is `Send + 'static` and must be polled within a tokio runtime. The [example of the library](crate#example) asks for some.
+    pub fn triangles_in(
+        &self,
+        rect: Rect,
+    ) -> impl Stream<Item = Result<TriangleRef, ReadError>> + Send + Unpin + 'static + use<> {
+        let [min_x, min_y, max_x, max_y] = [rect.min_x, rect.min_y, rect.max_x, rect.max_y].map(representable);
+        let rect = Rect::new(min_x, min_y, max_x, max_y);
+        let tiles = self.directory().tiles.iter().zip(0..);
+        let ids: Vec<TileId> = tiles
+            .filter(|(entry, _)| entry.bounds.intersects(rect))
+            .map(|(_, id)| TileId(id))
+            .collect();
+        let reader = self.clone();
+        stream::iter(ids)
+            .then(move |id| {
+                let reader = reader.clone();
+                async move { reader.tile(id).await }
+            })
+            .flat_map(move |tile| match tile {
+                Err(error) => stream::iter(vec![Err(error)]),
+                Ok(tile) => {
+                    let meeting = tile
+                        .owned_triangles()
+                        .filter(|&triangle| meets(tile.triangle_points(triangle), rect));
+                    let found = meeting.map(|triangle| Ok(TriangleRef::of(&tile, triangle)));
+                    stream::iter(found.collect::<Vec<_>>())
+                }
+            })
+            .boxed()
+    }
+}
+
+/// Whether a closed triangle and a closed rectangle have a point in common: no side of either parts them. Exact.
+fn meets(triangle: [Point; 3], rect: Rect) -> bool {
+    if rect.is_empty() || !Rect::around(triangle).intersects(rect) {
+        return false;
+    }
+    // Sides of the rectangle beyond the triangle can be drawn in to it, which also makes them finite.
+    let around = Rect::around(triangle);
+    let corners = [
+        Point::new(rect.min_x.max(around.min_x), rect.min_y.max(around.min_y)),
+        Point::new(rect.max_x.min(around.max_x), rect.min_y.max(around.min_y)),
+        Point::new(rect.max_x.min(around.max_x), rect.max_y.min(around.max_y)),
+        Point::new(rect.min_x.max(around.min_x), rect.max_y.min(around.max_y)),
+    ];
+    let [a, b, c] = triangle;
+    [(a, b), (b, c), (c, a)].into_iter().all(|(from, to)| {
+        let outside = |&corner: &Point| orient2d(from, to, corner) == Orientation::Clockwise;
+        !corners.iter().all(outside)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn touching_counts_and_a_gap_does_not() {
+        let triangle = [Point::new(0.0, 0.0), Point::new(4.0, 0.0), Point::new(0.0, 4.0)];
+        let infinite = f64::INFINITY;
+        for (rect, expected) in [
+            (Rect::new(1.0, 1.0, 1.5, 1.5), true),
+            (Rect::new(2.0, 2.0, 9.0, 9.0), true),
+            (Rect::new(2.1, 2.1, 9.0, 9.0), false),
+            (Rect::new(-1.0, -1.0, 0.0, 0.0), true),
+            (Rect::new(-9.0, -9.0, 9.0, 9.0), true),
+            (Rect::new(-infinite, 3.0, infinite, infinite), true),
+            (Rect::new(-infinite, 4.5, infinite, infinite), false),
+            (Rect::new(3.0, 0.5, 3.6, infinite), true),
+            (Rect::new(3.6, 0.5, infinite, infinite), false),
+            (Rect::PLANE, true),
+            (Rect::EMPTY, false),
+        ] {
+            assert_eq!(meets(triangle, rect), expected, "{rect:?}");
+        }
+    }
+}

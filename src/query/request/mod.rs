@@ -1,0 +1,20 @@
+//! What a query may use: options, tiles within them, and why it has no answer.
+
+mod contradiction;
+mod error;
+mod explored;
+mod options;
+mod point;
+mod star;
+mod stream;
+mod tiles;
+
+pub(crate) use contradiction::Contradiction;
+pub use error::QueryError;
+pub use explored::Explored;
+pub(crate) use explored::key;
+pub use options::{Mode, QueryOptions, UnknownMode};
+pub(crate) use point::{representable, target};
+pub(crate) use star::side_towards;
+pub(crate) use stream::unfold;
+pub(crate) use tiles::Tiles;

@@ -1,0 +1,346 @@
+//! The directory: the k-d tree, an entry for each tile, and what is known of the whole file.
+
+use std::ops::Range;
+
+use bytes::Bytes;
+use flatbuffers::FlatBufferBuilder;
+
+use crate::geometry::Rect;
+use crate::store::format::generated::directory as schema;
+use crate::store::format::ids::TileId;
+use crate::store::format::kd_tree::{KdNode, KdTree};
+use crate::store::format::metadata::Metadata;
+use crate::store::format::superblock::{FIRST_EXTENT, MAX_FLATBUFFER, Superblock};
+
+/// Entries of one page. 88 bytes each, so a page is a few hundred kilobytes.
+const PAGE_ENTRIES: usize = 4096;
+/// The most tiles that the root has room for: two nodes of 16 bytes each, in 64 MiB.
+pub(crate) const MAX_TILES: u32 = 2_000_000;
+/// Bytes of a core that a vertex takes at least: x and y.
+const VERTEX_BYTES: u64 = 16;
+/// Bytes that a triangle takes at least: corners and neighbours.
+const TRIANGLE_BYTES: u64 = 6;
+
+/// Where bytes lie, and their CRC-32C.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Extent {
+    /// Bytes from the start of the file.
+    pub offset: u64,
+    /// How many.
+    pub length: u32,
+    /// Their CRC-32C.
+    pub crc: u32,
+}
+
+impl Extent {
+    /// The bytes from the start of the file.
+    #[must_use]
+    pub fn range(self) -> Range<u64> {
+        self.offset..self.offset + u64::from(self.length)
+    }
+}
+
+/// What the directory knows of a tile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TileEntry {
+    /// Where the tile's core lies.
+    pub core: Extent,
+    /// Where the tile's border lies.
+    pub border: Extent,
+    /// The generation of the file that wrote the tile.
+    pub generation: u32,
+    /// Vertices that the tile owns.
+    pub vertices: u32,
+    /// Triangles of its core.
+    pub core_triangles: u32,
+    /// Triangles of its border, which may stand in other tiles too.
+    pub border_triangles: u32,
+    /// Triangles that belong to this tile: all of its core, and those of its border whose lexicographically smallest vertex
+    /// is its own.
+    pub owned_triangles: u32,
+    /// Around the tile's vertices and all corners of the triangles that belong to it.
+    pub bounds: Rect,
+}
+
+/// The whole directory of a tile file, in memory.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Directory {
+    /// What is known of the whole file.
+    pub metadata: Metadata,
+    /// The cells.
+    pub tree: KdTree,
+    /// An entry for each tile, in order.
+    pub tiles: Vec<TileEntry>,
+}
+
+impl Directory {
+    /// The root and the pages behind it, and the length and CRC-32C of the root.
+    pub(crate) fn encode(&self) -> (Vec<u8>, u32, u32) {
+        let pages: Vec<_> = self.tiles.chunks(PAGE_ENTRIES).zip(0u32..).map(encode_page).collect();
+        let extents = |first: u64| {
+            pages.iter().scan(first, |offset, page| {
+                let extent = schema::PageExtent::new(*offset, page.len() as u32, crc32c::crc32c(page));
+                *offset += page.len() as u64;
+                Some(extent)
+            })
+        };
+        // The offsets of the pages depend on the length of the root, which does not depend on them.
+        let length = self.encode_root(extents(0).collect()).len() as u64;
+        let mut bytes = self.encode_root(extents(length).collect());
+        let (length, crc) = (bytes.len() as u32, crc32c::crc32c(&bytes));
+        for page in &pages {
+            bytes.extend_from_slice(page);
+        }
+        (bytes, length, crc)
+    }
+
+    fn encode_root(&self, pages: Vec<schema::PageExtent>) -> Vec<u8> {
+        let mut builder = FlatBufferBuilder::new();
+        let nodes: Vec<_> = self.tree.nodes().iter().map(encode_node).collect();
+        let nodes = builder.create_vector(&nodes);
+        let pages = builder.create_vector(&pages);
+        let root = self
+            .metadata
+            .encode(&mut builder, self.tiles.len() as u32, nodes, pages);
+        builder.finish(root, None);
+        padded(builder.finished_data())
+    }
+
+    /// Reads the directory from its bytes, which start with the root; an error says what is wrong with it.
+    pub(crate) fn decode(bytes: &Bytes, superblock: &Superblock) -> Result<Self, String> {
+        let root_bytes = bytes
+            .get(..superblock.root_length as usize)
+            .ok_or("it is shorter than its root")?;
+        check_crc("the directory's root", root_bytes, superblock.root_crc)?;
+        let root: schema::Directory<'_> = verified(root_bytes, "the directory's root")?;
+        let nodes = root.nodes().iter().map(decode_node).collect::<Result<_, _>>()?;
+        let tree = KdTree::new(nodes).map_err(|reason| format!("the k-d tree is broken: {reason}"))?;
+        let mut tiles = Vec::new();
+        let mut first = root_bytes.len();
+        for extent in root.pages() {
+            // Back to back, so that no directory can make its reader check the same bytes again and again.
+            if extent.offset() != first as u64 {
+                return Err(format!("a page lies at {}, not {first}", extent.offset()));
+            }
+            let end = first + extent.length() as usize;
+            let page = bytes.get(first..end).ok_or("a page lies outside")?;
+            first = end;
+            check_crc("a page of the directory", page, extent.crc())?;
+            let page: schema::Page<'_> = verified(page, "a page of the directory")?;
+            if page.first_tile() as usize != tiles.len() {
+                return Err(format!(
+                    "a page starts at tile {}, not {}",
+                    page.first_tile(),
+                    tiles.len()
+                ));
+            }
+            for entry in page.entries() {
+                let tile = TileId(tiles.len() as u32);
+                tiles.push(decode_entry(entry, superblock).map_err(|reason| format!("tile {tile}: {reason}"))?);
+            }
+        }
+        if tiles.len() != root.tiles() as usize || tree.tiles() != root.tiles() {
+            return Err(format!(
+                "it counts {} tiles, but has {} entries and {} cells",
+                root.tiles(),
+                tiles.len(),
+                tree.tiles()
+            ));
+        }
+        let stored: u64 = tiles
+            .iter()
+            .map(|t| u64::from(t.core.length) + u64::from(t.border.length))
+            .sum();
+        if stored > superblock.file_length {
+            return Err(format!("its tiles take {stored} bytes, more than the file has"));
+        }
+        let metadata = Metadata::decode(root)?;
+        let sum = |count: fn(&TileEntry) -> u32| tiles.iter().map(|t| u64::from(count(t))).sum::<u64>();
+        if sum(|t| t.vertices) != metadata.vertices || sum(|t| t.owned_triangles) != metadata.triangles {
+            return Err("the counts of its tiles do not add up".to_owned());
+        }
+        Ok(Self { metadata, tree, tiles })
+    }
+}
+
+fn encode_page((entries, number): (&[TileEntry], u32)) -> Vec<u8> {
+    let mut builder = FlatBufferBuilder::new();
+    let entries: Vec<_> = entries.iter().map(encode_entry).collect();
+    let entries = Some(builder.create_vector(&entries));
+    let first_tile = number * PAGE_ENTRIES as u32;
+    let root = schema::Page::create(&mut builder, &schema::PageArgs { first_tile, entries });
+    builder.finish(root, None);
+    padded(builder.finished_data())
+}
+
+fn encode_entry(entry: &TileEntry) -> schema::TileEntry {
+    schema::TileEntry::new(
+        entry.core.offset,
+        entry.border.offset,
+        entry.core.length,
+        entry.border.length,
+        entry.core.crc,
+        entry.border.crc,
+        entry.generation,
+        0,
+        entry.vertices,
+        entry.core_triangles,
+        entry.border_triangles,
+        entry.owned_triangles,
+        entry.bounds.min_x,
+        entry.bounds.min_y,
+        entry.bounds.max_x,
+        entry.bounds.max_y,
+    )
+}
+
+fn decode_entry(entry: &schema::TileEntry, superblock: &Superblock) -> Result<TileEntry, String> {
+    if entry.codec() != 0 {
+        return Err(format!(
+            "it is stored with codec {}, which this program does not know",
+            entry.codec()
+        ));
+    }
+    for (offset, length) in [
+        (entry.core_offset(), entry.core_length()),
+        (entry.border_offset(), entry.border_length()),
+    ] {
+        let end = offset.checked_add(length.into());
+        let inside = offset >= FIRST_EXTENT && end.is_some_and(|end| end <= superblock.file_length);
+        if !inside || u64::from(length) > MAX_FLATBUFFER {
+            return Err(format!("its extent of {length} bytes at {offset} is absurd"));
+        }
+    }
+    // Others allocate by these counts, so the file must have room for what they count.
+    let (core, border) = (u64::from(entry.core_triangles()), u64::from(entry.border_triangles()));
+    let core_bytes = VERTEX_BYTES * u64::from(entry.vertices()) + TRIANGLE_BYTES * core;
+    let owned = u64::from(entry.owned_triangles());
+    if core_bytes > entry.core_length().into()
+        || TRIANGLE_BYTES * border > entry.border_length().into()
+        || !(core..=core + border).contains(&owned)
+    {
+        return Err("its counts are absurd".to_owned());
+    }
+    Ok(TileEntry {
+        core: Extent {
+            offset: entry.core_offset(),
+            length: entry.core_length(),
+            crc: entry.core_crc(),
+        },
+        border: Extent {
+            offset: entry.border_offset(),
+            length: entry.border_length(),
+            crc: entry.border_crc(),
+        },
+        generation: entry.generation(),
+        vertices: entry.vertices(),
+        core_triangles: entry.core_triangles(),
+        border_triangles: entry.border_triangles(),
+        owned_triangles: entry.owned_triangles(),
+        bounds: Rect::new(entry.min_x(), entry.min_y(), entry.max_x(), entry.max_y()),
+    })
+}
+
+fn encode_node(node: &KdNode) -> schema::KdNode {
+    match *node {
+        KdNode::X { cut, right } => schema::KdNode::new(cut, right, 0),
+        KdNode::Y { cut, right } => schema::KdNode::new(cut, right, 1),
+        KdNode::Leaf(tile) => schema::KdNode::new(0.0, tile.0, 2),
+    }
+}
+
+fn decode_node(node: &schema::KdNode) -> Result<KdNode, String> {
+    let (cut, right) = (node.cut(), node.right());
+    match node.axis() {
+        0 => Ok(KdNode::X { cut, right }),
+        1 => Ok(KdNode::Y { cut, right }),
+        2 => Ok(KdNode::Leaf(TileId(right))),
+        axis => Err(format!("the k-d tree has a node of axis {axis}")),
+    }
+}
+
+/// Checks the shape of a FlatBuffer.
+pub(crate) fn verified<'b, T>(bytes: &'b [u8], what: &str) -> Result<T, String>
+where
+    T: flatbuffers::Follow<'b, Inner = T> + flatbuffers::Verifiable + 'b,
+{
+    // Parts of a buffer may be shared, but not so that unpacking them takes many times its size.
+    let options = flatbuffers::VerifierOptions {
+        max_apparent_size: 4 * bytes.len() + 4096,
+        ..flatbuffers::VerifierOptions::default()
+    };
+    flatbuffers::root_with_opts::<T>(&options, bytes).map_err(|error| format!("{what} is no valid FlatBuffer: {error}"))
+}
+
+/// Checks a CRC-32C.
+pub(crate) fn check_crc(what: &str, bytes: &[u8], expected: u32) -> Result<(), String> {
+    let found = crc32c::crc32c(bytes);
+    if found == expected {
+        Ok(())
+    } else {
+        Err(format!("the checksum of {what} is {found:08x}, not {expected:08x}"))
+    }
+}
+
+/// FlatBuffers align to at most 8 bytes; so a buffer behind another one stays aligned.
+fn padded(buffer: &[u8]) -> Vec<u8> {
+    let mut bytes = buffer.to_vec();
+    bytes.resize(bytes.len().next_multiple_of(8), 0);
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A root of 100 KB whose thousand sources share one name would unpack to 100 MB.
+    #[test]
+    fn a_directory_cannot_unpack_to_many_times_its_size() {
+        let mut builder = FlatBufferBuilder::new();
+        let name = Some(builder.create_string(&"x".repeat(100_000)));
+        let source = schema::SourceArgs { name, records: 0 };
+        let sources: Vec<_> = (0..1000)
+            .map(|_| schema::Source::create(&mut builder, &source))
+            .collect();
+        let sources = Some(builder.create_vector(&sources));
+        let nodes = Some(builder.create_vector::<schema::KdNode>(&[]));
+        let pages = Some(builder.create_vector::<schema::PageExtent>(&[]));
+        let args = schema::DirectoryArgs {
+            nodes,
+            pages,
+            sources,
+            ..schema::DirectoryArgs::default()
+        };
+        let root = schema::Directory::create(&mut builder, &args);
+        builder.finish(root, None);
+        let bytes = builder.finished_data();
+        assert!(flatbuffers::root::<schema::Directory<'_>>(bytes).is_ok());
+        assert!(verified::<schema::Directory<'_>>(bytes, "it").is_err());
+    }
+
+    #[test]
+    fn many_sources_with_short_names_are_read() {
+        let source = |i: u64| crate::store::format::metadata::Source {
+            name: "a".repeat(i as usize % 2),
+            records: i,
+        };
+        let directory = Directory {
+            metadata: Metadata {
+                sources: (0..10_000).map(source).collect(),
+                ..Metadata::default()
+            },
+            ..Directory::default()
+        };
+        let (bytes, root_length, root_crc) = directory.encode();
+        let superblock = Superblock {
+            file_id: crate::store::format::superblock::FileId(0),
+            generation: 1,
+            file_length: FIRST_EXTENT + bytes.len() as u64,
+            directory_offset: FIRST_EXTENT,
+            directory_length: bytes.len() as u64,
+            root_length,
+            root_crc,
+        };
+        assert_eq!(Directory::decode(&bytes.into(), &superblock), Ok(directory));
+    }
+}

@@ -1,0 +1,286 @@
+//! Tiles to bytes.
+
+use bytes::Bytes;
+use flatbuffers::FlatBufferBuilder;
+use flatbuffers::Vector;
+use flatbuffers::WIPOffset;
+
+use crate::geometry::Point;
+use crate::io::Buffers;
+use crate::mesh::WALLS;
+use crate::store::format::edge_source::EdgeSource;
+use crate::store::format::generated::tile as schema;
+use crate::store::format::ids::{TileId, VertexId};
+use crate::store::format::packed;
+use crate::store::format::packed::mark;
+use crate::store::format::tile::Component;
+
+/// Marks of the neighbours in a core.
+pub(crate) const NOT_IN_CORE: u64 = mark(0);
+/// Marks of the neighbours in a border.
+pub(crate) const HULL: u64 = mark(0);
+/// A neighbour without a vertex in the tile.
+pub(crate) const ELSEWHERE: u64 = mark(1);
+
+type PackedOffset<'b> = WIPOffset<schema::Packed<'b>>;
+type BitsOffset<'b> = WIPOffset<Vector<'b, u8>>;
+
+/// What a core is made of.
+#[derive(Debug, Default)]
+pub(crate) struct CoreDraft {
+    /// The vertices.
+    pub(crate) points: Vec<Point>,
+    /// Their z, or nothing.
+    pub(crate) z: Vec<f64>,
+    /// Their record numbers.
+    pub(crate) records: Vec<u64>,
+    /// Corners of the triangles.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// Sides across, or [`NONE`](crate::mesh::NONE).
+    pub(crate) neighbours: Vec<[u32; 3]>,
+    /// For each triangle a bit for each side that is a constraint, and from
+    /// [`WALLS`] on one for each that is a wall; or nothing, if none is.
+    pub(crate) constraints: Vec<u8>,
+    /// For each triangle its component: connected within the core without passing a constraint; or nothing, if there is one.
+    pub(crate) components: Vec<u32>,
+    /// For edges between two triangles of the core that are constraints: the smaller side, and a source as seen along it. In order.
+    pub(crate) edge_sources: Vec<(u32, EdgeSource)>,
+    /// Pairs (vertex, number of the site there) in order.
+    pub(crate) sites: Vec<(u32, u64)>,
+    /// The ids of the sites, empty where the number is the id; or nothing, if it is for all.
+    pub(crate) site_ids: Vec<String>,
+}
+
+/// What a border is made of.
+#[derive(Debug, Default)]
+pub(crate) struct BorderDraft {
+    /// Vertices of the tile.
+    pub(crate) vertices: u32,
+    /// Triangles of its core.
+    pub(crate) core_triangles: u32,
+    /// The vertices of other tiles, in order.
+    pub(crate) foreign: Vec<(VertexId, Point)>,
+    /// Corners: below `vertices` the tile's own, then foreign ones.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// Sides across, numbered through core and border, or [`HULL`], or [`ELSEWHERE`].
+    pub(crate) neighbours: Vec<[u64; 3]>,
+    /// Pairs (side of the core, side of the border) in order.
+    pub(crate) core_links: Vec<(u32, u32)>,
+    /// Pairs (vertex, side that starts there) in order.
+    pub(crate) vertex_sides: Vec<(u32, u32)>,
+    /// As in the core.
+    pub(crate) constraints: Vec<u8>,
+    /// For each triangle its component, a place in `regions`; or nothing, if there is one.
+    pub(crate) components: Vec<u32>,
+    /// The components of the tile, those of the core first; or nothing, if there is one, and it is of region 0 and free.
+    pub(crate) regions: Vec<Component>,
+    /// For edges that belong to the tile and are constraints, but for those between two triangles of the core: the smaller
+    /// side that the tile knows, numbered through core and border, and a source as seen along it. In order.
+    pub(crate) edge_sources: Vec<(u32, EdgeSource)>,
+    /// In a file without triangles: constraint edges, from a vertex of the tile to the next corner on the line, in order. Sources
+    /// are by place in it, in place of sides.
+    pub(crate) edges: Vec<[u32; 2]>,
+}
+
+impl CoreDraft {
+    /// Empties it, and keeps its memory.
+    pub(crate) fn clear(&mut self) {
+        self.points.clear();
+        self.z.clear();
+        self.records.clear();
+        self.triangles.clear();
+        self.neighbours.clear();
+        self.constraints.clear();
+        self.components.clear();
+        self.edge_sources.clear();
+        self.sites.clear();
+        self.site_ids.clear();
+    }
+
+    /// The FlatBuffer of the core, in one of these buffers.
+    pub(crate) fn encode(&self, tile: TileId, generation: u32, buffers: &Buffers) -> Bytes {
+        let vertices = self.points.len() as u64;
+        let sides = 3 * self.triangles.len() as u64;
+        let mut vertex_sides = vec![NOT_IN_CORE; self.points.len()];
+        for (&vertex, side) in self.triangles.as_flattened().iter().zip(0u64..) {
+            vertex_sides[vertex as usize] = side;
+        }
+        let mut builder = FlatBufferBuilder::from_vec(buffers.zeroed(56 * self.points.len() + 1024));
+        let vertex_sides = packed::write(&mut builder, vertex_sides.into_iter(), sides, 1);
+        let neighbours = self.neighbours.as_flattened().iter().map(|&side| match side {
+            crate::mesh::NONE => NOT_IN_CORE,
+            side => u64::from(side),
+        });
+        let neighbours = packed::write(&mut builder, neighbours, sides, 1);
+        let corners = self.triangles.as_flattened().iter().map(|&v| u64::from(v));
+        let triangles = packed::write(&mut builder, corners, vertices, 0);
+        let first_record = self.records.iter().copied().min().unwrap_or(0);
+        let last_record = self.records.iter().copied().max().unwrap_or(0);
+        let records = self.records.iter().map(|record| record - first_record);
+        let records = packed::write(&mut builder, records, last_record - first_record, 0);
+        let z = (!self.z.is_empty()).then(|| builder.create_vector(&self.z));
+        let coordinates: Vec<f64> = self.points.iter().flat_map(|p| [p.x, p.y]).collect();
+        let coordinates = builder.create_vector(&coordinates);
+        let constraints = side_bits(&mut builder, &self.constraints, 0);
+        let walls = side_bits(&mut builder, &self.constraints, WALLS);
+        let components = optional(&mut builder, self.components.iter().map(|&c| c.into()));
+        let [edge_sides, edge_sources] = edge_sources(&mut builder, &self.edge_sources);
+        let sites = (!self.sites.is_empty()).then(|| {
+            let largest = self.sites.iter().map(|&(_, number)| number).max().unwrap_or(0);
+            let pairs: Vec<u64> = self.sites.iter().flat_map(|&(v, number)| [v.into(), number]).collect();
+            packed::write(&mut builder, pairs.into_iter(), largest.max(vertices), 0)
+        });
+        let ids = (!self.site_ids.is_empty()).then(|| {
+            let text = self.site_ids.concat();
+            let ends = self.site_ids.iter().scan(0, |end, id| {
+                *end += id.len() as u64;
+                Some(*end)
+            });
+            let ends: Vec<u64> = ends.collect();
+            let ends = packed::write(&mut builder, ends.into_iter(), text.len() as u64, 0);
+            (ends, builder.create_string(&text))
+        });
+        let args = schema::CoreArgs {
+            tile: tile.0,
+            generation,
+            coordinates: Some(coordinates),
+            z,
+            first_record,
+            records: Some(records),
+            triangles: Some(triangles),
+            neighbours: Some(neighbours),
+            vertex_sides: Some(vertex_sides),
+            constraints,
+            walls,
+            components,
+            edge_sides,
+            edge_sources,
+            sites,
+            site_ids: ids.map(|(_, text)| text),
+            site_id_ends: ids.map(|(ends, _)| ends),
+        };
+        let root = schema::Core::create(&mut builder, &args);
+        builder.finish(root, None);
+        finished(builder, buffers)
+    }
+}
+
+impl BorderDraft {
+    /// The FlatBuffer of the border, in one of these buffers.
+    pub(crate) fn encode(&self, tile: TileId, generation: u32, buffers: &Buffers) -> Bytes {
+        let corners = u64::from(self.vertices) + self.foreign.len() as u64;
+        let core_sides = 3 * u64::from(self.core_triangles);
+        let sides = core_sides + 3 * self.triangles.len() as u64;
+        let mut builder = FlatBufferBuilder::from_vec(buffers.zeroed(64 * self.triangles.len() + 1024));
+        let pairs = |pairs: &[(u32, u32)]| {
+            pairs
+                .iter()
+                .flat_map(|&(a, b)| [a.into(), b.into()])
+                .collect::<Vec<u64>>()
+        };
+        let vertex_sides = pairs(&self.vertex_sides).into_iter();
+        let vertex_sides = packed::write(&mut builder, vertex_sides, sides.max(corners), 0);
+        let core_links = packed::write(&mut builder, pairs(&self.core_links).into_iter(), sides, 0);
+        let neighbours = self.neighbours.as_flattened().iter().copied();
+        let neighbours = packed::write(&mut builder, neighbours, sides, 2);
+        let triangles = self.triangles.as_flattened().iter().map(|&v| u64::from(v));
+        let triangles = packed::write(&mut builder, triangles, corners, 0);
+        let foreign: Vec<_> = self
+            .foreign
+            .iter()
+            .map(|&(id, p)| schema::ForeignVertex::new(p.x, p.y, id.tile.0, id.index))
+            .collect();
+        let foreign = builder.create_vector(&foreign);
+        let constraints = side_bits(&mut builder, &self.constraints, 0);
+        let walls = side_bits(&mut builder, &self.constraints, WALLS);
+        let components = optional(&mut builder, self.components.iter().map(|&c| c.into()));
+        let [edge_sides, edge_sources] = edge_sources(&mut builder, &self.edge_sources);
+        let regions = (self.regions[..] != [Component::default()] && !self.regions.is_empty()).then(|| {
+            let largest = self.regions.iter().map(|c| c.region).max().unwrap_or(0);
+            packed::write(&mut builder, self.regions.iter().map(|c| c.region), largest, 0)
+        });
+        let depths = self.regions.iter().map(|c| zigzag(c.depth));
+        let depths = optional(&mut builder, depths);
+        let edges = (!self.edges.is_empty()).then(|| {
+            let ends = self.edges.as_flattened().iter().map(|&corner| corner.into());
+            packed::write(&mut builder, ends, corners, 0)
+        });
+        let holes = bits(&mut builder, self.regions.iter().map(|c| c.is_hole));
+        let args = schema::BorderArgs {
+            tile: tile.0,
+            generation,
+            foreign: Some(foreign),
+            triangles: Some(triangles),
+            neighbours: Some(neighbours),
+            core_links: Some(core_links),
+            vertex_sides: Some(vertex_sides),
+            constraints,
+            walls,
+            regions,
+            components,
+            depths,
+            holes,
+            edge_sides,
+            edge_sources,
+            edges,
+        };
+        let root = schema::Border::create(&mut builder, &args);
+        builder.finish(root, None);
+        finished(builder, buffers)
+    }
+}
+
+/// A bit for each side, from three for each triangle, which start at bit `first`.
+fn side_bits<'b>(builder: &mut FlatBufferBuilder<'b>, triangles: &[u8], first: u32) -> Option<BitsOffset<'b>> {
+    let sides = triangles
+        .iter()
+        .flat_map(|sides| (first..first + 3).map(move |bit| sides >> bit & 1 == 1));
+    bits(builder, sides)
+}
+
+/// Bits, from the lowest of the first byte on; none if none is set.
+fn bits<'b>(builder: &mut FlatBufferBuilder<'b>, values: impl Iterator<Item = bool> + Clone) -> Option<BitsOffset<'b>> {
+    if !values.clone().any(|bit| bit) {
+        return None;
+    }
+    let mut bytes: Vec<u8> = Vec::new();
+    for (value, place) in values.zip(0..) {
+        if place % 8 == 0 {
+            bytes.push(0);
+        }
+        bytes[place / 8] |= u8::from(value) << (place % 8);
+    }
+    Some(builder.create_vector(&bytes))
+}
+
+/// Values in as few bytes as the largest needs; none if all are 0.
+fn optional<'b>(
+    builder: &mut FlatBufferBuilder<'b>,
+    values: impl ExactSizeIterator<Item = u64> + Clone,
+) -> Option<PackedOffset<'b>> {
+    let largest = values.clone().max().filter(|&largest| largest > 0)?;
+    Some(packed::write(builder, values, largest, 0))
+}
+
+/// Sides and the sources of their edges.
+fn edge_sources<'b>(builder: &mut FlatBufferBuilder<'b>, edges: &[(u32, EdgeSource)]) -> [Option<PackedOffset<'b>>; 2] {
+    if edges.is_empty() {
+        return [None; 2];
+    }
+    let mut write = |values: &dyn Fn(&(u32, EdgeSource)) -> u64| {
+        let largest = edges.iter().map(values).max().unwrap_or(0);
+        Some(packed::write(builder, edges.iter().map(values), largest, 0))
+    };
+    [write(&|edge| edge.0.into()), write(&|edge| edge.1.to_bits())]
+}
+
+/// A signed number as an unsigned one, small if it is close to 0.
+fn zigzag(value: i32) -> u64 {
+    ((value << 1) ^ (value >> 31)) as u32 as u64
+}
+
+/// The finished bytes, without a copy: they lie at the end of the builder's buffer.
+fn finished(builder: FlatBufferBuilder<'_>, buffers: &Buffers) -> Bytes {
+    let (buffer, start) = builder.collapse();
+    buffers.freeze(buffer).slice(start..)
+}

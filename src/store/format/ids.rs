@@ -1,0 +1,33 @@
+//! Numbers of tiles and vertices.
+
+use std::fmt;
+
+/// The most vertices of a tile.
+pub(crate) const MAX_TILE_VERTICES: usize = 1 << 18;
+
+/// The number of a tile: its place in the leaf order of the k-d tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct TileId(pub u32);
+
+impl fmt::Display for TileId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// A vertex of the file: its tile, and its place there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct VertexId {
+    /// The tile that owns the vertex.
+    pub tile: TileId,
+    /// Its place among the vertices of that tile.
+    pub index: u32,
+}
+
+impl fmt::Display for VertexId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.tile, self.index)
+    }
+}

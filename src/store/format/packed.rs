@@ -1,0 +1,220 @@
+//! Arrays of unsigned integers in as few bytes each as the largest needs.
+//!
+//! Layout: `width` bytes each, little-endian, then 8 − width bytes of padding, so that reading one is a load of eight
+//! bytes and a mask.
+
+use std::ops::Range;
+
+use bytes::Bytes;
+use flatbuffers::FlatBufferBuilder;
+use flatbuffers::WIPOffset;
+
+use crate::store::format::generated::tile as schema;
+
+/// A packed array that is read in place.
+#[derive(Clone, Debug)]
+pub(crate) struct Packed {
+    data: Bytes,
+    width: usize,
+    mask: u64,
+    len: usize,
+}
+
+impl Packed {
+    /// Takes the array from a verified buffer; an error says what is wrong with it.
+    pub(crate) fn open(buffer: &Bytes, table: schema::Packed<'_>) -> Result<Self, String> {
+        let width = usize::from(table.width());
+        if !(1..=8).contains(&width) {
+            return Err(format!("packed integers of {width} bytes"));
+        }
+        let data = table.data().map_or(&[][..], |data| data.bytes());
+        let Some(length) = data.len().checked_sub(8 - width).filter(|l| l.is_multiple_of(width)) else {
+            return Err(format!("{} bytes do not hold integers of {width} bytes", data.len()));
+        };
+        Ok(Self {
+            data: buffer.slice_ref(data),
+            width,
+            mask: mask(width),
+            len: length / width,
+        })
+    }
+
+    /// How many integers there are.
+    pub(crate) fn len(&self) -> usize {
+        self.len
+    }
+
+    /// The largest value of this width: marks take the values from here downwards.
+    pub(crate) fn largest(&self) -> u64 {
+        self.mask
+    }
+
+    /// Bytes that it takes.
+    pub(crate) fn byte_size(&self) -> usize {
+        self.data.len()
+    }
+
+    /// The integer at `index`.
+    #[inline]
+    pub(crate) fn get(&self, index: usize) -> u64 {
+        assert!(index < self.len);
+        let at = index * self.width;
+        let word: [u8; 8] = self.data[at..at + 8].try_into().expect("eight bytes");
+        u64::from_le_bytes(word) & self.mask
+    }
+
+    /// A value within a range, if there is any; and if there is none, that is found in no more time than reading takes.
+    pub(crate) fn find_within(&self, range: Range<u64>) -> Option<u64> {
+        // Without an early end, and each width by itself, so that many values are compared at once.
+        let bytes = &self.data[..self.len * self.width];
+        let found = match self.width {
+            1 => any_within(bytes, &range, |[a]: [u8; 1]| a),
+            2 => any_within(bytes, &range, u16::from_le_bytes),
+            3 => any_within(bytes, &range, |[a, b, c]| u32::from_le_bytes([a, b, c, 0])),
+            4 => any_within(bytes, &range, u32::from_le_bytes),
+            _ => true,
+        };
+        found.then(|| self.iter().find(|value| range.contains(value))).flatten()
+    }
+
+    pub(crate) fn iter(&self) -> impl ExactSizeIterator<Item = u64> + Clone {
+        (0..self.len).map(|i| self.get(i))
+    }
+}
+
+/// Whether any value of so many bytes each is within a range.
+fn any_within<const WIDTH: usize, T: Copy + PartialOrd + TryFrom<u64>>(
+    bytes: &[u8],
+    range: &Range<u64>,
+    read: impl Fn([u8; WIDTH]) -> T,
+) -> bool {
+    // What no value can reach is in no range.
+    let (Ok(first), false) = (T::try_from(range.start), range.is_empty()) else {
+        return false;
+    };
+    let values = bytes.as_chunks().0.iter().map(|&value| read(value));
+    match T::try_from(range.end) {
+        Ok(end) => values.fold(false, |found, value| found | ((value >= first) & (value < end))),
+        Err(_) => values.fold(false, |found, value| found | (value >= first)),
+    }
+}
+
+/// How many of so many things, all of them before the others, are `before` something.
+pub(crate) fn partition_point(count: usize, before: impl Fn(usize) -> bool) -> usize {
+    let (mut low, mut high) = (0, count);
+    while low < high {
+        let middle = (low + high) / 2;
+        if before(middle) {
+            low = middle + 1;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+/// The mark that stands for the `distance`-th largest value of any width; [`write`] translates it.
+pub(crate) const fn mark(distance: u64) -> u64 {
+    u64::MAX - distance
+}
+
+const fn mask(width: usize) -> u64 {
+    u64::MAX >> (64 - 8 * width)
+}
+
+/// The bytes that hold values up to `largest`, and beside them `marks` marks.
+fn width_for(largest: u64, marks: u64) -> usize {
+    (1..8).find(|&w| largest <= mask(w) - marks).unwrap_or(8)
+}
+
+/// Adds a packed array to a buffer. Values are at most `largest`, or one of `marks` [`mark`]s.
+pub(crate) fn write<'b>(
+    builder: &mut FlatBufferBuilder<'b>,
+    values: impl ExactSizeIterator<Item = u64>,
+    largest: u64,
+    marks: u64,
+) -> WIPOffset<schema::Packed<'b>> {
+    let width = width_for(largest, marks);
+    let count = values.len();
+    let mut bytes = vec![0u8; (count + 1) * width + 8 - width];
+    let mut at = 0;
+    for value in values {
+        debug_assert!(value <= largest || value > u64::MAX - marks);
+        bytes[at..at + 8].copy_from_slice(&(value & mask(width)).to_le_bytes());
+        at += width;
+    }
+    bytes.truncate(count * width + 8 - width);
+    let data = Some(builder.create_vector(&bytes));
+    let width = width as u8;
+    schema::Packed::create(builder, &schema::PackedArgs { width, data })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_and_marks_come_back() {
+        for largest in [
+            0u64,
+            1,
+            253,
+            254,
+            255,
+            256,
+            65_533,
+            65_534,
+            65_535,
+            1 << 24,
+            1 << 40,
+            u64::MAX - 2,
+        ] {
+            let mut builder = FlatBufferBuilder::new();
+            let values = [largest, 0, mark(0), largest / 2, mark(1)];
+            let root = write(&mut builder, values.iter().copied(), largest, 2);
+            builder.finish(root, None);
+            let bytes = Bytes::from(builder.finished_data().to_vec());
+            let packed = Packed::open(&bytes, flatbuffers::root::<schema::Packed>(&bytes).unwrap()).unwrap();
+            let marked = |v: u64| {
+                if v > largest {
+                    packed.largest() - (u64::MAX - v)
+                } else {
+                    v
+                }
+            };
+            assert_eq!(packed.iter().collect::<Vec<_>>(), values.map(marked), "{largest}");
+            assert!(packed.largest() - 1 > largest || largest > 1 << 56);
+            let ends = [
+                0,
+                1,
+                200,
+                256,
+                60_000,
+                1 << 20,
+                1 << 33,
+                packed.largest() - 1,
+                packed.largest(),
+                u64::MAX,
+            ];
+            for range in ends.iter().flat_map(|&start| ends.map(|end| start..end)) {
+                let within = packed.iter().find(|value| range.contains(value));
+                assert_eq!(packed.find_within(range.clone()), within, "{largest} {range:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn absurd_widths_and_lengths_are_refused() {
+        for (width, length) in [(0, 8), (9, 8), (3, 4), (3, 7), (8, 7), (1, 0)] {
+            let mut builder = FlatBufferBuilder::new();
+            let data = Some(builder.create_vector(&vec![0u8; length]));
+            let root = schema::Packed::create(&mut builder, &schema::PackedArgs { width, data });
+            builder.finish(root, None);
+            let bytes = Bytes::from(builder.finished_data().to_vec());
+            assert!(
+                Packed::open(&bytes, flatbuffers::root::<schema::Packed>(&bytes).unwrap()).is_err(),
+                "{width} {length}"
+            );
+        }
+    }
+}

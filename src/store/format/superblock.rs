@@ -1,0 +1,184 @@
+//! The two superblocks at the start of a tile file.
+//!
+//! Both have the same layout; the valid one of the higher generation wins. Their bytes are written down in
+//! `schema/FORMAT.md`, and `tests/library/format` holds this file to that page.
+
+use std::fmt;
+
+/// Bytes of a superblock, and the alignment of extents.
+pub(crate) const BLOCK: u64 = 4096;
+/// Where the first extent lies.
+pub(crate) const FIRST_EXTENT: u64 = 2 * BLOCK;
+/// The version of the format that this library writes and reads.
+pub const FORMAT_VERSION: u32 = 1;
+/// No FlatBuffer in a file is larger.
+pub(crate) const MAX_FLATBUFFER: u64 = 64 << 20;
+/// No directory is longer: a root, and pages for all tiles.
+pub(crate) const MAX_DIRECTORY: u64 = 256 << 20;
+
+const MAGIC: [u8; 8] = *b"DELTILES";
+
+/// The identity of a file: a hash of all it holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct FileId(pub u128);
+
+impl FileId {
+    /// The id of a file with this directory, which has the checksums of all else.
+    pub(crate) fn of(directory: &[u8]) -> Self {
+        Self(xxhash_rust::xxh3::xxh3_128(directory))
+    }
+}
+
+impl fmt::Display for FileId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:032x}", self.0)
+    }
+}
+
+/// What a superblock says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Superblock {
+    pub(crate) file_id: FileId,
+    pub(crate) generation: u64,
+    /// Bytes of the whole file.
+    pub(crate) file_length: u64,
+    pub(crate) directory_offset: u64,
+    /// Bytes of the directory: its root and its pages.
+    pub(crate) directory_length: u64,
+    /// Bytes of the root, which comes first.
+    pub(crate) root_length: u32,
+    pub(crate) root_crc: u32,
+}
+
+impl Superblock {
+    pub(crate) fn encode(&self) -> Vec<u8> {
+        let mut block = vec![0; BLOCK as usize];
+        block[0..8].copy_from_slice(&MAGIC);
+        block[8..12].copy_from_slice(&FORMAT_VERSION.to_le_bytes());
+        // 12..16: feature flags, none so far.
+        block[16..32].copy_from_slice(&self.file_id.0.to_le_bytes());
+        block[32..40].copy_from_slice(&self.generation.to_le_bytes());
+        block[40..48].copy_from_slice(&self.file_length.to_le_bytes());
+        block[48..56].copy_from_slice(&self.directory_offset.to_le_bytes());
+        block[56..64].copy_from_slice(&self.directory_length.to_le_bytes());
+        block[64..68].copy_from_slice(&self.root_length.to_le_bytes());
+        block[68..72].copy_from_slice(&self.root_crc.to_le_bytes());
+        let crc = crc32c::crc32c(&block[..4092]);
+        block[4092..].copy_from_slice(&crc.to_le_bytes());
+        block
+    }
+
+    /// Reads one superblock; an error says what is wrong with it.
+    fn decode(block: &[u8]) -> Result<Self, String> {
+        let u32_at = |at: usize| u32::from_le_bytes(block[at..at + 4].try_into().expect("four bytes"));
+        let u64_at = |at: usize| u64::from_le_bytes(block[at..at + 8].try_into().expect("eight bytes"));
+        if block.len() < BLOCK as usize || block[0..8] != MAGIC {
+            return Err("it is no tile file: the superblock's magic is missing".to_owned());
+        }
+        if u32_at(8) != FORMAT_VERSION {
+            return Err(format!(
+                "it has format version {}, this program reads version {FORMAT_VERSION}",
+                u32_at(8)
+            ));
+        }
+        let (expected, found) = (u32_at(4092), crc32c::crc32c(&block[..4092]));
+        if expected != found {
+            return Err(format!("the superblock's checksum is {found:08x}, not {expected:08x}"));
+        }
+        if u32_at(12) != 0 {
+            return Err(format!(
+                "it needs features {:#x}, which this program does not know",
+                u32_at(12)
+            ));
+        }
+        let this = Self {
+            file_id: FileId(u128::from_le_bytes(block[16..32].try_into().expect("sixteen bytes"))),
+            generation: u64_at(32),
+            file_length: u64_at(40),
+            directory_offset: u64_at(48),
+            directory_length: u64_at(56),
+            root_length: u32_at(64),
+            root_crc: u32_at(68),
+        };
+        let end = this.directory_offset.checked_add(this.directory_length);
+        if this.directory_offset < FIRST_EXTENT
+            || end.is_none_or(|end| end > this.file_length)
+            || this.directory_length > MAX_DIRECTORY
+            || u64::from(this.root_length) > this.directory_length
+            || u64::from(this.root_length) > MAX_FLATBUFFER
+        {
+            return Err("the superblock's directory extent is absurd".to_owned());
+        }
+        Ok(this)
+    }
+
+    /// The superblock in force, from the first 8192 bytes of a file.
+    pub(crate) fn choose(head: &[u8]) -> Result<InForce, String> {
+        let (a, b) = head.split_at(head.len().min(BLOCK as usize));
+        let (superblock, is_second) = match (Self::decode(a), Self::decode(b)) {
+            (Ok(a), Ok(b)) if b.generation > a.generation => (b, true),
+            (Ok(a), _) => (a, false),
+            (Err(_), Ok(b)) => (b, true),
+            (Err(reason), Err(_)) => return Err(reason),
+        };
+        Ok(InForce { superblock, is_second })
+    }
+}
+
+/// The superblock that is in force, and which of the two that is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct InForce {
+    pub(crate) superblock: Superblock,
+    is_second: bool,
+}
+
+impl InForce {
+    /// Where the next one goes: over the other.
+    pub(crate) fn other_place(&self) -> u64 {
+        if self.is_second { 0 } else { BLOCK }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn block(generation: u64) -> Superblock {
+        Superblock {
+            file_id: FileId(7),
+            generation,
+            file_length: 20_000,
+            directory_offset: 8192,
+            directory_length: 400,
+            root_length: 300,
+            root_crc: 9,
+        }
+    }
+
+    #[test]
+    fn the_higher_valid_generation_wins() {
+        let head = |a: &Superblock, b: &Superblock| [a.encode(), b.encode()].concat();
+        let chosen = |head: &[u8]| Superblock::choose(head).map(|found| (found.superblock, found.other_place()));
+        assert_eq!(chosen(&head(&block(1), &block(2))), Ok((block(2), 0)));
+        assert_eq!(chosen(&head(&block(3), &block(2))), Ok((block(3), 4096)));
+        assert_eq!(chosen(&head(&block(2), &block(2))), Ok((block(2), 4096)));
+        let mut torn = head(&block(1), &block(2));
+        torn[5000] ^= 1;
+        assert_eq!(chosen(&torn), Ok((block(1), 4096)));
+        torn[50] ^= 1;
+        assert!(Superblock::choose(&torn).is_err());
+    }
+
+    #[test]
+    fn any_flipped_bit_and_any_shorter_head_is_noticed() {
+        let good = block(1).encode();
+        for bit in 0..8 * good.len() {
+            let mut bad = good.clone();
+            bad[bit / 8] ^= 1 << (bit % 8);
+            assert!(Superblock::decode(&bad).is_err(), "bit {bit}");
+        }
+        for length in 0..good.len() {
+            assert!(Superblock::choose(&good[..length]).is_err(), "length {length}");
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! From bytes to a tile: what is checked, so that nothing panics later.
+
+use std::sync::Arc;
+
+use bytes::Bytes;
+
+use crate::geometry::Point;
+use crate::store::format::directory::TileEntry;
+use crate::store::format::directory::{check_crc, verified};
+use crate::store::format::generated::tile as schema;
+use crate::store::format::ids::TileId;
+use crate::store::format::packed::Packed;
+use crate::store::format::tile::regions::Regions;
+use crate::store::format::tile::sides::{SideBits, Sources};
+use crate::store::format::tile::sites::Sites;
+use crate::store::format::tile::{FOREIGN, Tile};
+
+impl Tile {
+    /// Checks the bytes of a tile against its entry, and every index in them; an error says what is wrong.
+    pub(crate) fn open(id: TileId, entry: &TileEntry, core: &Bytes, border: &Bytes) -> Result<Self, String> {
+        check_crc("the core", core, entry.core.crc)?;
+        check_crc("the border", border, entry.border.crc)?;
+        let core_table: schema::Core<'_> = verified(core, "the core")?;
+        let border_table: schema::Border<'_> = verified(border, "the border")?;
+        for (part, tile, generation) in [
+            ("core", core_table.tile(), core_table.generation()),
+            ("border", border_table.tile(), border_table.generation()),
+        ] {
+            if (tile, generation) != (id.0, entry.generation) {
+                return Err(format!("the {part} is that of tile {tile}, generation {generation}"));
+            }
+        }
+        let triangles = [entry.core_triangles, entry.border_triangles].map(|count| count as usize);
+        let [core_sides, border_sides] = triangles.map(|count| 3 * count);
+        let edges = border_table
+            .edges()
+            .map(|edges| Packed::open(border, edges))
+            .transpose()?;
+        // Without triangles, edges stand for sides.
+        let edge_places = edges
+            .as_ref()
+            .map_or(core_sides + border_sides, |edges| edges.len() / 2);
+        let open = |buffer: &Bytes, what: &str, table| Packed::open(buffer, table).map_err(|e| format!("{what}: {e}"));
+        let this = Self {
+            id,
+            coordinates: core.slice_ref(core_table.coordinates().bytes()),
+            z: core_table.z().map(|z| core.slice_ref(z.bytes())),
+            first_record: core_table.first_record(),
+            records: open(core, "records", core_table.records())?,
+            triangles: open(core, "triangles", core_table.triangles())?,
+            neighbours: open(core, "neighbours", core_table.neighbours())?,
+            vertex_sides: open(core, "vertex sides", core_table.vertex_sides())?,
+            foreign: border.slice_ref(border_table.foreign().bytes()),
+            border_triangles: open(border, "border triangles", border_table.triangles())?,
+            border_neighbours: open(border, "border neighbours", border_table.neighbours())?,
+            core_links: open(border, "core links", border_table.core_links())?,
+            border_vertex_sides: open(border, "border vertex sides", border_table.vertex_sides())?,
+            side_bits: [
+                SideBits::open(core, core_table.constraints(), core_table.walls(), core_sides)?,
+                SideBits::open(border, border_table.constraints(), border_table.walls(), border_sides)
+                    .map_err(|reason| format!("the border: {reason}"))?,
+            ],
+            sources: [
+                Sources::open(core, core_table.edge_sides(), core_table.edge_sources(), core_sides)?,
+                Sources::open(
+                    border,
+                    border_table.edge_sides(),
+                    border_table.edge_sources(),
+                    edge_places,
+                )
+                .map_err(|reason| format!("the border: {reason}"))?,
+            ],
+            regions: Regions::open((core, core_table), (border, border_table), triangles)?,
+            edges,
+            sites: Sites::open(core, core_table, entry.vertices.into())?,
+            notes: Arc::default(),
+        };
+        this.check(entry)?;
+        Ok(this)
+    }
+
+    /// Checks lengths and ranges, so that nothing panics later.
+    fn check(&self, entry: &TileEntry) -> Result<(), String> {
+        let vertices = entry.vertices as usize;
+        let (core, border) = (entry.core_triangles as usize, entry.border_triangles as usize);
+        for (what, found, expected) in [
+            ("coordinates", self.coordinates.len(), 16 * vertices),
+            ("z", self.z.as_ref().map_or(8 * vertices, Bytes::len), 8 * vertices),
+            ("records", self.records.len(), vertices),
+            ("corners of the core", self.triangles.len(), 3 * core),
+            ("neighbours of the core", self.neighbours.len(), 3 * core),
+            ("vertex sides", self.vertex_sides.len(), vertices),
+            ("corners of the border", self.border_triangles.len(), 3 * border),
+            ("neighbours of the border", self.border_neighbours.len(), 3 * border),
+            ("half links", self.core_links.len() % 2, 0),
+            ("half vertex sides", self.border_vertex_sides.len() % 2, 0),
+        ] {
+            if found != expected {
+                return Err(format!("there are {found} {what}, not {expected}"));
+            }
+        }
+        let corners = self.corner_count() as u64;
+        let core_sides = 3 * core as u64;
+        let sides = core_sides + 3 * border as u64;
+        let below = |what: &str, values: &Packed, limit: u64, marks: u64| {
+            let first_mark = if marks == 0 {
+                u64::MAX
+            } else {
+                values.largest() - (marks - 1)
+            };
+            match values.find_within(limit..first_mark) {
+                Some(value) => Err(format!("{what} {value} is beyond {limit}")),
+                None => Ok(()),
+            }
+        };
+        below("corner", &self.triangles, vertices as u64, 0)?;
+        below("neighbour", &self.neighbours, core_sides, 1)?;
+        below("vertex side", &self.vertex_sides, core_sides, 1)?;
+        below("border corner", &self.border_triangles, corners, 0)?;
+        below("border neighbour", &self.border_neighbours, sides, 2)?;
+        let pairs = |values: &Packed| -> Vec<(u64, u64)> {
+            (0..values.len() / 2)
+                .map(|i| (values.get(2 * i), values.get(2 * i + 1)))
+                .collect()
+        };
+        for (what, values, keys) in [
+            ("core link", &self.core_links, core_sides),
+            ("border vertex side", &self.border_vertex_sides, vertices as u64),
+        ] {
+            let pairs = pairs(values);
+            let in_range = pairs.iter().all(|&(key, side)| key < keys && side < sides);
+            if !in_range || !pairs.is_sorted_by(|a, b| a.0 < b.0) {
+                return Err(format!("a {what} is out of range or out of order"));
+            }
+        }
+        self.check_edges(entry)?;
+        let overflows = |record: u64| self.first_record.checked_add(record).is_none();
+        if overflows(self.records.largest()) && self.records.iter().any(overflows) {
+            return Err("a record number exceeds 64 bits".to_owned());
+        }
+        self.check_points()
+    }
+
+    /// Checks that coordinates are valid.
+    fn check_points(&self) -> Result<(), String> {
+        // Without an early end, so that many are compared at once.
+        let all = |bytes: &[u8]| {
+            bytes
+                .as_chunks()
+                .0
+                .iter()
+                .fold(true, |all, &v| all & is_stored(f64::from_le_bytes(v)))
+        };
+        if all(&self.coordinates) && self.foreign.chunks_exact(FOREIGN).all(|vertex| all(&vertex[..16])) {
+            return Ok(());
+        }
+        let points = (0..self.corner_count()).map(|corner| self.corner_point(corner));
+        match points.zip(0..).find(|(p, _)| !is_stored(p.x) || !is_stored(p.y)) {
+            Some((p, corner)) => Err(format!("corner {corner} is at ({}, {})", p.x, p.y)),
+            None => Ok(()),
+        }
+    }
+
+    /// Only a tile without triangles has edges: each from another one of its vertices, in order, to another corner.
+    fn check_edges(&self, entry: &TileEntry) -> Result<(), String> {
+        let Some(edges) = &self.edges else { return Ok(()) };
+        if entry.core_triangles > 0 || entry.border_triangles > 0 {
+            return Err("it has edges beside triangles".to_owned());
+        }
+        if edges.len() % 2 == 1 {
+            return Err("an edge has one end".to_owned());
+        }
+        let vertices = u64::from(entry.vertices);
+        let corners = vertices + self.foreign_count() as u64;
+        let mut next = 0;
+        for place in (0..edges.len()).step_by(2) {
+            let [from, to] = [edges.get(place), edges.get(place + 1)];
+            if from < next || from >= vertices || to >= corners || from == to {
+                return Err(format!("the edge from {from} to {to} is out of range or out of order"));
+            }
+            next = from + 1;
+        }
+        Ok(())
+    }
+}
+
+/// Whether files may hold a coordinate: it is valid, and no negative zero.
+fn is_stored(coordinate: f64) -> bool {
+    // Numbers that are positive are in the order of their bits.
+    let (bits, magnitude) = (coordinate.to_bits(), coordinate.abs().to_bits());
+    let [least, most] = [Point::MIN_MAGNITUDE, Point::MAX_MAGNITUDE].map(f64::to_bits);
+    (bits == 0) | ((magnitude >= least) & (magnitude <= most))
+}

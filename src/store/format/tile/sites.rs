@@ -1,0 +1,98 @@
+//! The sites of a tile.
+
+use bytes::Bytes;
+
+use crate::store::format::generated::tile as schema;
+use crate::store::format::packed::{Packed, partition_point};
+
+/// A site: a vertex that queries look for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Site<'t> {
+    /// The vertex of the tile at which it lies.
+    pub vertex: u32,
+    /// Its number, from 0 over all inputs.
+    pub number: u64,
+    /// Its id, if the input gave it one.
+    pub id: Option<&'t str>,
+}
+
+/// The sites of a tile, by vertex.
+#[derive(Clone)]
+pub(crate) struct Sites {
+    /// Vertex and number of each.
+    pairs: Packed,
+    /// Their ids, one behind the other, and where each ends.
+    ids: Option<(Bytes, Packed)>,
+}
+
+impl Sites {
+    /// Takes them from a verified buffer; there are so many vertices.
+    pub(crate) fn open(core: &Bytes, table: schema::Core<'_>, vertices: u64) -> Result<Option<Self>, String> {
+        let (pairs, ids) = match (table.sites(), table.site_ids(), table.site_id_ends()) {
+            (None, None, None) => return Ok(None),
+            (Some(pairs), None, None) => (Packed::open(core, pairs)?, None),
+            (Some(pairs), Some(text), Some(ends)) => {
+                (Packed::open(core, pairs)?, Some((text, Packed::open(core, ends)?)))
+            }
+            _ => return Err("sites lack their ids, or ids their sites".to_owned()),
+        };
+        let entries = (0..pairs.len() / 2).map(|i| (pairs.get(2 * i), pairs.get(2 * i + 1)));
+        let in_range = entries.clone().all(|(vertex, _)| vertex < vertices);
+        if pairs.len() % 2 != 0 || !in_range || !entries.is_sorted() {
+            return Err("a site is out of range or out of order".to_owned());
+        }
+        if let Some((text, ends)) = &ids {
+            let complete = ends.len() == pairs.len() / 2 && ends.iter().last().unwrap_or(0) == text.len() as u64;
+            // The ends are ascending up to the length, so all of them are within it.
+            if !complete || !ends.iter().is_sorted() || !ends.iter().all(|end| text.is_char_boundary(end as usize)) {
+                return Err("the ids of the sites are cut where none ends".to_owned());
+            }
+        }
+        Ok(Some(Self {
+            ids: ids.map(|(text, ends)| (core.slice_ref(text.as_bytes()), ends)),
+            pairs,
+        }))
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.pairs.len() / 2
+    }
+
+    pub(crate) fn get(&self, place: usize) -> Site<'_> {
+        Site {
+            vertex: self.pairs.get(2 * place) as u32,
+            number: self.pairs.get(2 * place + 1),
+            id: self.id(place).filter(|id| !id.is_empty()),
+        }
+    }
+
+    /// Those at a vertex.
+    pub(crate) fn at(&self, vertex: u32) -> impl Iterator<Item = Site<'_>> {
+        let first = self.first_at(vertex.into());
+        let sites = (first..self.len()).map(|place| self.get(place));
+        sites.take_while(move |site| site.vertex == vertex)
+    }
+
+    /// The place of the first site at a vertex, or behind.
+    fn first_at(&self, vertex: u64) -> usize {
+        partition_point(self.len(), |place| self.pairs.get(2 * place) < vertex)
+    }
+
+    fn id(&self, place: usize) -> Option<&str> {
+        let (text, ends) = self.ids.as_ref()?;
+        let start = place.checked_sub(1).map_or(0, |before| ends.get(before));
+        // Checked when the tile was opened.
+        std::str::from_utf8(&text[start as usize..ends.get(place) as usize]).ok()
+    }
+
+    pub(crate) fn is_site(&self, vertex: u32) -> bool {
+        let vertex = u64::from(vertex);
+        let place = self.first_at(vertex);
+        place < self.len() && self.pairs.get(2 * place) == vertex
+    }
+
+    pub(crate) fn byte_size(&self) -> usize {
+        let ids = self.ids.as_ref();
+        self.pairs.byte_size() + ids.map_or(0, |(text, ends)| text.len() + ends.byte_size())
+    }
+}

@@ -1,0 +1,307 @@
+//! What a tile tells of constraints, regions and sites is what its drafts said; drafts that contradict themselves are refused.
+
+use crate::io::Buffers;
+use crate::store::format::directory::verified;
+use crate::store::format::directory::{Extent, TileEntry};
+use crate::store::format::edge_source::LineKind;
+use crate::store::format::encode::{BorderDraft, CoreDraft, HULL};
+use crate::store::format::generated::tile as schema;
+use crate::store::format::tile::*;
+
+/// A square of two triangles, and one at its right side that has a corner of another tile.
+///
+/// ```text
+/// 3────2
+/// │ 1 ╱│╲       sides: 0–2 of triangle 0, 3–5 of triangle 1, 6–8 of triangle 2 in the border
+/// │ ╱  │ 2 4    2 and 3 are on the diagonal, 1 and 8 on the right side of the square
+/// │╱ 0 │╱
+/// 0────1
+/// ```
+fn drafts() -> (CoreDraft, BorderDraft) {
+    let points = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+    let none = crate::mesh::NONE;
+    let core = CoreDraft {
+        points: points.map(|(x, y)| Point::new(x, y)).to_vec(),
+        records: vec![0, 1, 2, 3],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        neighbours: vec![[none, none, 3], [2, none, none]],
+        ..CoreDraft::default()
+    };
+    let elsewhere = VertexId {
+        tile: TileId(1),
+        index: 0,
+    };
+    let border = BorderDraft {
+        vertices: 4,
+        core_triangles: 2,
+        foreign: vec![(elsewhere, Point::new(2.0, 0.5))],
+        triangles: vec![[1, 4, 2]],
+        neighbours: vec![[HULL, HULL, 1]],
+        core_links: vec![(1, 8)],
+        ..BorderDraft::default()
+    };
+    (core, border)
+}
+
+/// The same with a break line, a wall and an obstacle, regions and sites.
+fn full_drafts() -> (CoreDraft, BorderDraft) {
+    let (mut core, mut border) = drafts();
+    core.constraints = vec![0b110_110 & !(1 << 4), 0b101_101];
+    core.components = vec![0, 1];
+    core.edge_sources = vec![(2, source(LineKind::Wall, 3)), (2, source(LineKind::Obstacle, 5))];
+    core.sites = vec![(0, 4), (2, 0), (2, 900)];
+    core.site_ids = ["", "pump", "é"].map(str::to_owned).to_vec();
+    border.constraints = vec![0b001_101];
+    border.components = vec![2];
+    border.regions = [(70_000, 1, true), (9, 0, false), (3, -2, false)]
+        .map(|(region, depth, is_hole)| Component { region, depth, is_hole })
+        .to_vec();
+    border.edge_sources = vec![
+        (1, source(LineKind::BreakLine, 0)),
+        (5, source(LineKind::Obstacle, 5).reversed()),
+        (6, source(LineKind::Wall, 3)),
+    ];
+    (core, border)
+}
+
+fn source(kind: LineKind, number: u64) -> EdgeSource {
+    EdgeSource::new(kind, number)
+}
+
+fn open((core, border): &(CoreDraft, BorderDraft)) -> Result<Tile, String> {
+    let buffers = Buffers::default();
+    open_bytes(
+        &core.encode(TileId(0), 1, &buffers),
+        &border.encode(TileId(0), 1, &buffers),
+    )
+}
+
+fn open_bytes(core: &Bytes, border: &Bytes) -> Result<Tile, String> {
+    let extent = |bytes: &Bytes| Extent {
+        offset: 8192,
+        length: bytes.len() as u32,
+        crc: crc32c::crc32c(bytes),
+    };
+    let entry = TileEntry {
+        core: extent(core),
+        border: extent(border),
+        generation: 1,
+        vertices: 4,
+        core_triangles: 2,
+        border_triangles: 1,
+        owned_triangles: 3,
+        bounds: crate::geometry::Rect::PLANE,
+    };
+    Tile::open(TileId(0), &entry, core, border)
+}
+
+#[test]
+fn a_tile_tells_what_its_drafts_said() {
+    let tile = open(&full_drafts()).unwrap();
+    let of_sides = |what: fn(&Tile, u32) -> bool| (0..9).filter(|&side| what(&tile, side)).collect::<Vec<_>>();
+    assert_eq!(of_sides(Tile::is_constraint), [1, 2, 3, 5, 6, 8]);
+    assert_eq!(of_sides(Tile::is_wall), [2, 3, 5, 6]);
+    assert_eq!([0, 1, 2].map(|t| tile.region(t)), [70_000, 9, 3]);
+    assert_eq!([0, 1, 2].map(|t| tile.depth(t)), [1, 0, -2]);
+    assert_eq!([0, 1, 2].map(|t| tile.is_hole(t)), [true, false, false]);
+    let sites: Vec<_> = tile.sites().map(|site| (site.vertex, site.number, site.id)).collect();
+    assert_eq!(sites, [(0, 4, None), (2, 0, Some("pump")), (2, 900, Some("é"))]);
+    assert_eq!([0, 1, 2, 3].map(|v| tile.is_site(v)), [true, false, true, false]);
+    assert_eq!(tile.site_count(), 3);
+}
+
+#[test]
+fn the_sources_of_an_edge_are_seen_from_both_sides() {
+    let tile = open(&full_drafts()).unwrap();
+    let of = |side: u32| tile.edge_sources(side).collect::<Vec<_>>();
+    let (wall, obstacle) = (source(LineKind::Wall, 3), source(LineKind::Obstacle, 5));
+    assert_eq!(of(2), [wall, obstacle]);
+    assert_eq!(of(3), [wall, obstacle.reversed()]);
+    for side in [1, 8] {
+        assert_eq!(of(side), [source(LineKind::BreakLine, 0)]);
+    }
+    assert_eq!((of(5), of(6)), (vec![obstacle.reversed()], vec![wall]));
+    for side in [0, 4, 7] {
+        assert_eq!(of(side), []);
+    }
+    assert_eq!(tile.edges_with_sources(), 4);
+}
+
+/// A site's number is its id where no site of the tile has another.
+#[test]
+fn sites_without_ids() {
+    let (mut core, border) = full_drafts();
+    core.site_ids.clear();
+    let tile = open(&(core, border)).unwrap();
+    assert!(tile.sites().all(|site| site.id.is_none()));
+    assert_eq!(tile.sites().map(|site| site.number).collect::<Vec<_>>(), [4, 0, 900]);
+}
+
+#[test]
+fn what_is_absent_is_free_and_of_region_0() {
+    let tile = open(&drafts()).unwrap();
+    assert!((0..9).all(|side| !tile.is_wall(side) && tile.edge_sources(side).count() == 0));
+    assert!((0..3).all(|t| tile.component(t) == Component::default()));
+    assert!(tile.sites().next().is_none() && (0..4).all(|v| !tile.is_site(v)));
+    // What says no more than that takes no room.
+    let (mut core, mut border) = drafts();
+    core.components = vec![0; 2];
+    core.constraints = vec![0; 2];
+    border.components = vec![0];
+    border.regions = vec![Component::default()];
+    let encoded = |(core, border): &(CoreDraft, BorderDraft)| {
+        let buffers = Buffers::default();
+        [
+            core.encode(TileId(0), 1, &buffers),
+            border.encode(TileId(0), 1, &buffers),
+        ]
+    };
+    assert_eq!(encoded(&(core, border)), encoded(&drafts()));
+}
+
+#[test]
+fn depths_of_all_sizes() {
+    for depth in [0, 1, -1, 63, -64, 64, 40_000, i32::MAX, i32::MIN] {
+        let (core, mut border) = drafts();
+        border.regions = vec![Component {
+            depth,
+            ..Component::default()
+        }];
+        assert_eq!(open(&(core, border)).unwrap().depth(2), depth);
+    }
+}
+
+#[test]
+fn drafts_that_contradict_themselves_are_refused() {
+    type Fault = fn(&mut CoreDraft, &mut BorderDraft);
+    let faults: [(&str, Fault); 13] = [
+        ("a wall is no constraint", |core, _| core.constraints[0] = 0b001_110),
+        ("the border: a wall", |_, border| border.constraints[0] = 0b010_101),
+        ("have 3 components", |core, _| core.components.push(1)),
+        ("have 2 components", |_, border| border.components.push(0)),
+        ("component 3 is beyond 3", |core, _| core.components[1] = 3),
+        ("component 2 is beyond 1", |core, border| {
+            border.regions = vec![Component::default()];
+            core.components = vec![0, 0];
+        }),
+        ("an edge with a source", |core, _| core.edge_sources[0].0 = 6),
+        ("an edge with a source", |core, _| core.edge_sources.swap(0, 1)),
+        ("the border: an edge", |_, border| border.edge_sources[2].0 = 9),
+        ("a site", |core, _| core.sites[2].0 = 4),
+        ("a site", |core, _| core.sites.swap(1, 2)),
+        ("the ids of the sites", |core, _| _ = core.site_ids.pop()),
+        ("or ids their sites", |core, _| core.sites.clear()),
+    ];
+    for (reason, fault) in faults {
+        let (mut core, mut border) = full_drafts();
+        fault(&mut core, &mut border);
+        let error = open(&(core, border)).map(|_| ()).expect_err(reason);
+        assert!(error.contains(reason), "{error:?} is not about {reason:?}");
+    }
+}
+
+/// What no draft can say.
+#[test]
+fn tables_without_their_other_half_are_refused() {
+    type Fault = for<'b> fn(&mut schema::BorderArgs<'b>, [flatbuffers::WIPOffset<schema::Packed<'b>>; 4]);
+    let faults: [(&str, Fault); 6] = [
+        ("", |_, _| ()),
+        ("edges lack their sources", |args, [one, ..]| {
+            args.edge_sides = Some(one)
+        }),
+        ("1 edges have 3 sources", |args, [one, .., three]| {
+            (args.edge_sides, args.edge_sources) = (Some(one), Some(three));
+        }),
+        ("depths or holes, but no regions", |args, [one, ..]| {
+            args.depths = Some(one)
+        }),
+        ("there are no regions", |args, [_, none, ..]| args.regions = Some(none)),
+        ("there are not 1 depths of 32 bits", |args, [one, _, large, _]| {
+            (args.regions, args.depths) = (Some(one), Some(large));
+        }),
+    ];
+    let (core, border) = drafts();
+    let buffers = Buffers::default();
+    let core = core.encode(TileId(0), 1, &buffers);
+    let right = border.encode(TileId(0), 1, &buffers);
+    let right: schema::Border<'_> = verified(&right, "it").unwrap();
+    for (reason, fault) in faults {
+        let mut builder = flatbuffers::FlatBufferBuilder::new();
+        let mut write = |values: &[u64]| {
+            let largest = values.iter().copied().max().unwrap_or(0);
+            crate::store::format::packed::write(&mut builder, values.iter().copied(), largest, 0)
+        };
+        let copy = |table: schema::Packed<'_>| {
+            let bytes = table.data().unwrap_or_default();
+            let values = bytes.bytes()[..bytes.len() - 7].iter().map(|&byte| u64::from(byte));
+            values.collect::<Vec<u64>>()
+        };
+        let mut args = schema::BorderArgs {
+            generation: 1,
+            triangles: Some(write(&copy(right.triangles()))),
+            core_links: Some(write(&copy(right.core_links()))),
+            vertex_sides: Some(write(&copy(right.vertex_sides()))),
+            neighbours: Some(write(&[7, 7, 1])),
+            ..schema::BorderArgs::default()
+        };
+        let offered = [&[0][..], &[], &[1 << 32], &[0, 1, 2]].map(&mut write);
+        args.foreign = Some(builder.create_vector(&right.foreign().iter().copied().collect::<Vec<_>>()));
+        fault(&mut args, offered);
+        let root = schema::Border::create(&mut builder, &args);
+        builder.finish(root, None);
+        let opened = open_bytes(&core, &builder.finished_data().to_vec().into());
+        match opened {
+            Ok(_) => assert_eq!(reason, ""),
+            Err(error) => assert!(
+                !reason.is_empty() && error.contains(reason),
+                "{error:?} is not about {reason:?}"
+            ),
+        }
+    }
+}
+
+/// Whatever the bytes are, there is an error, or a tile that can be asked everything.
+#[test]
+fn nonsense_is_refused_or_harmless() {
+    let mut seed = 11u64;
+    let mut below = |n: usize| {
+        seed = seed
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 33) as usize % n
+    };
+    let (core, border) = full_drafts();
+    let buffers = Buffers::default();
+    let right = [
+        core.encode(TileId(0), 1, &buffers),
+        border.encode(TileId(0), 1, &buffers),
+    ];
+    let mut outcomes = [0; 2];
+    for _ in 0..30_000 {
+        let mut parts = right.each_ref().map(|part| part.to_vec());
+        let part = &mut parts[below(2)];
+        for _ in 0..=below(2) {
+            let at = below(part.len());
+            part[at] = [0, 1, 2, 5, 0x7f, 0xff, part[at] ^ 1, part[at].wrapping_add(1)][below(8)];
+        }
+        let [core, border] = parts.map(Bytes::from);
+        let Ok(tile) = open_bytes(&core, &border) else {
+            outcomes[0] += 1;
+            continue;
+        };
+        outcomes[1] += 1;
+        for side in 0..3 * tile.triangle_count() {
+            let sources = tile.edge_sources(side).filter(|source| source.is_wall()).count();
+            assert!(sources < 1000 && (tile.is_constraint(side) || !tile.is_wall(side)));
+        }
+        for triangle in 0..tile.triangle_count() {
+            let told = (tile.region(triangle), tile.depth(triangle), tile.is_hole(triangle));
+            let Component { region, depth, is_hole } = tile.component(triangle);
+            assert_eq!(told, (region, depth, is_hole));
+        }
+        assert!(tile.sites().all(|site| tile.is_site(site.vertex)));
+        assert_eq!(tile.sites().count(), tile.site_count() as usize);
+        assert!(tile.byte_size() < 100_000);
+    }
+    assert!(outcomes.iter().all(|&n| n > 1000), "{outcomes:?}");
+}

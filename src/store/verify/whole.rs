@@ -1,0 +1,256 @@
+//! Checks a whole file: every tile, and what no tile can tell alone.
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use futures::stream::StreamExt;
+
+use super::error::{Fault, VerifyError, VerifyReport};
+use super::regions;
+use super::tile::{self, Expected, Places, TileReport};
+use crate::geometry::Rect;
+use crate::store::{Directory, Needs, Plan, ReadError, Tile, TileId, TileReader, Workspaces, for_tiles};
+
+/// Bytes for what is looked up, bits and tiles, if the reader has no limit.
+const LOOKUP_MEMORY: u64 = 512 << 20;
+
+impl TileReader {
+    /// Checks the file; `deep` proves the triangulation too. Must be awaited within a tokio runtime.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, or if a tile does not fit in the memory that the reader may use.
+    pub async fn verify(&self, deep: bool) -> Result<VerifyReport, VerifyError> {
+        let directory = self.directory();
+        let metadata = &directory.metadata;
+        let cells = Arc::new(directory.tree.cells());
+        let expected = Arc::new(Expected {
+            has_triangles: metadata.triangles > 0,
+            deep,
+            regions: (metadata.regions > 0).then(|| regions::Claims::of(metadata)),
+        });
+        let mut needs = Needs {
+            per_vertex: tile::BYTES_PER_VERTEX,
+            ..Needs::default()
+        };
+        let claims = expected.regions.as_ref().filter(|_| deep);
+        if claims.is_some() {
+            needs.per_vertex += regions::BYTES_PER_VERTEX;
+            needs.fixed += regions::BYTES_PER_SPANNING * metadata.spanning_regions;
+        }
+        let places = Arc::new(Workspaces::<Places>::default());
+        let shared = Arc::clone(&expected);
+        let mut reports = self.for_each_tile(needs, move |tile| {
+            let cell = cells[tile.id().0 as usize];
+            let report = places.with(|places| tile::check(&tile, cell, &shared, places));
+            (tile.id(), report)
+        })?;
+        let mut totals = Totals {
+            regions: claims.map(regions::Totals::new),
+            ..Totals::default()
+        };
+        while let Some(report) = reports.next().await {
+            let (tile, report) = report?;
+            totals.add(self, report.map_err(|fault| fault.of(tile))?)?;
+        }
+        self.verify_metadata(&totals)?;
+        if deep {
+            self.verify_whole(&totals).await?;
+        }
+        if let (Some(claims), Some(regions)) = (claims, &totals.regions) {
+            regions.check(claims, metadata).map_err(VerifyError::File)?;
+        }
+        Ok(VerifyReport {
+            tiles: directory.tiles.len() as u64,
+            vertices: metadata.vertices,
+            triangles: metadata.triangles,
+            edges: totals.edges,
+            constraint_edges: totals.constraint_edges,
+            regions: claims.map_or(0, |_| metadata.regions),
+            hole_regions: claims.map_or(0, |_| metadata.hole_regions),
+            ..VerifyReport::default()
+        })
+    }
+
+    /// How to pass over the tiles, and how many things of so many bytes to look up in them at once: a number from the range, or its
+    /// start if that is empty. `needs` tells what a pass takes for so many.
+    pub(super) fn plan_lookups(
+        &self,
+        needs: impl Fn(u64) -> Needs,
+        range: Range<u64>,
+        bytes: u64,
+    ) -> Result<(Plan, usize), ReadError> {
+        let memory = self.memory().unwrap_or(LOOKUP_MEMORY);
+        // The more at once, the fewer passes; but tiles that are read ahead make these faster.
+        let left = for_tiles(memory).saturating_sub(needs(0).least(self.directory()));
+        let at_once = (left / 4 * 3 / bytes).min(range.end).max(range.start);
+        Ok((self.plan(needs(at_once))?, at_once as usize))
+    }
+
+    /// Checks the root of the directory against its entries, which are known to be right.
+    fn verify_metadata(&self, totals: &Totals) -> Result<(), VerifyError> {
+        let Directory { metadata, tiles, .. } = self.directory();
+        for (what, found, expected) in [
+            ("constraint edges", totals.constraint_edges, metadata.constraint_edges),
+            ("triangles in holes", totals.hole_triangles, metadata.hole_triangles),
+            ("sites", totals.sites, metadata.sites),
+        ] {
+            if found != expected {
+                return Err(VerifyError::File(format!(
+                    "there are {found} {what}, and the directory says {expected}"
+                )));
+            }
+        }
+        let bounds = tiles.iter().fold(Rect::EMPTY, |all, tile| all.union(tile.bounds));
+        if bounds != metadata.bounds {
+            let found = metadata.bounds;
+            return Err(VerifyError::File(format!(
+                "its bounds are {bounds:?}, and the directory says {found:?}"
+            )));
+        }
+        let places = metadata.points.checked_sub(metadata.duplicates);
+        if places.and_then(|places| places.checked_add(metadata.ends)) != Some(metadata.vertices) {
+            return Err(VerifyError::File(format!(
+                "{} points less {} duplicates and {} ends of segments are not {} vertices",
+                metadata.points, metadata.duplicates, metadata.ends, metadata.vertices
+            )));
+        }
+        match tiles
+            .iter()
+            .zip(0u32..)
+            .find(|(tile, _)| tile.vertices > metadata.tile_vertices)
+        {
+            Some((tile, number)) => {
+                let (found, most) = (tile.vertices, metadata.tile_vertices);
+                let reason = format!("it has {found} vertices, and tiles were cut for {most}");
+                Err(Fault::new(reason).of(TileId(number)))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Checks what no tile can tell alone.
+    async fn verify_whole(&self, totals: &Totals) -> Result<(), VerifyError> {
+        let metadata = &self.directory().metadata;
+        let mut pairs: Vec<_> = totals
+            .shared
+            .iter()
+            .filter(|(_, sum)| **sum != 0)
+            .map(|(p, _)| *p)
+            .collect();
+        pairs.sort_unstable();
+        if let Some(&(owner, other)) = pairs.first() {
+            return Err(self.find_difference(owner, other).await?);
+        }
+        if totals.hull_edges != metadata.hull_edges {
+            let expected = metadata.hull_edges;
+            return Err(VerifyError::File(format!(
+                "there are {} hull edges, and by Euler's formula there should be {expected}",
+                totals.hull_edges
+            )));
+        }
+        let hulls = u64::from(metadata.triangles > 0);
+        if totals.hull_minima != hulls {
+            return Err(VerifyError::File(format!(
+                "the hull goes round {} times, not {hulls}",
+                totals.hull_minima
+            )));
+        }
+        if metadata.triangles == 0 {
+            self.verify_on_line().await?;
+        }
+        Ok(())
+    }
+
+    /// Names the triangle that one tile owns and another lacks, or the other way round.
+    async fn find_difference(&self, owner: TileId, other: TileId) -> Result<VerifyError, ReadError> {
+        let (owning, sharing) = (self.tile(owner).await?, self.tile(other).await?);
+        let keys = |tile: &Tile| -> HashMap<u128, u32> {
+            let shared = (tile.core_triangle_count()..tile.triangle_count())
+                .filter(|&t| tile::owner(tile, t) == owner && tile.vertices(t).iter().any(|v| v.id.tile == other));
+            shared.map(|t| (tile::hash(tile, t), t)).collect()
+        };
+        let (of_owner, of_other) = (keys(&owning), keys(&sharing));
+        let lacking = |from: &HashMap<u128, u32>, to: &HashMap<u128, u32>| {
+            from.iter()
+                .filter(|(key, _)| !to.contains_key(key))
+                .map(|(_, &t)| t)
+                .min()
+        };
+        let fault = if let Some(triangle) = lacking(&of_owner, &of_other) {
+            Fault::at(
+                triangle,
+                format!("tile {other} shares the triangle, but does not have it"),
+            )
+            .of(owner)
+        } else if let Some(triangle) = lacking(&of_other, &of_owner) {
+            Fault::at(
+                triangle,
+                format!("tile {owner} owns the triangle, but does not have it"),
+            )
+            .of(other)
+        } else {
+            Fault::new(format!(
+                "it has another number of triangles in common than tile {other}"
+            ))
+            .of(owner)
+        };
+        Ok(fault)
+    }
+}
+
+/// What the tiles add up to.
+#[derive(Default)]
+struct Totals {
+    edges: u64,
+    constraint_edges: u64,
+    hull_edges: u64,
+    /// Hull vertices that are lexicographically smaller than both their neighbours on the hull.
+    hull_minima: u64,
+    /// For each pair of an owner and another tile, the hashes of triangles owned less those shared.
+    shared: HashMap<(TileId, TileId), u128>,
+    hole_triangles: u64,
+    sites: u64,
+    /// If regions are checked.
+    regions: Option<regions::Totals>,
+}
+
+impl Totals {
+    fn add(&mut self, reader: &TileReader, report: TileReport) -> Result<(), VerifyError> {
+        let directory = reader.directory();
+        let entry = &directory.tiles[report.tile.0 as usize];
+        let wrong = |reason: String| Err(Fault::new(reason).of(report.tile));
+        if report.owned != entry.owned_triangles {
+            return wrong(format!(
+                "{} triangles belong to it, and its entry says {}",
+                report.owned, entry.owned_triangles
+            ));
+        }
+        if report.bounds != entry.bounds {
+            return wrong(format!(
+                "its bounds are {:?}, and its entry says {:?}",
+                report.bounds, entry.bounds
+            ));
+        }
+        if report.has_z != directory.metadata.has_z {
+            return wrong("it differs from the file in whether it has z".to_owned());
+        }
+        self.edges += report.edges;
+        self.constraint_edges += report.constraint_edges;
+        self.hull_edges += report.hull_edges;
+        self.hull_minima += report.hull_minima;
+        self.hole_triangles += report.hole_triangles;
+        self.sites += report.sites;
+        if let (Some(totals), Some(regions)) = (&mut self.regions, &report.regions) {
+            totals.add(regions).map_err(|fault| fault.of(report.tile))?;
+        }
+        for (pair, sum) in report.shared {
+            let total = self.shared.entry(pair).or_default();
+            *total = total.wrapping_add(sum);
+            if *total == 0 {
+                self.shared.remove(&pair);
+            }
+        }
+        Ok(())
+    }
+}
