@@ -13,8 +13,9 @@ use crate::collections::union_find::{UnionFind, WeightedUnionFind};
 use crate::constraints::seeds::{HoleRules, Seeds};
 use crate::edit::error::EditError;
 use crate::edit::tile::EditTile;
-use crate::mesh::{NONE, next_side};
-use crate::store::{Across, Component, EdgeSource, Metadata, Tile, TileId, VertexId};
+use crate::geometry::HalfEdge;
+use crate::mesh::{NONE, Twin, next_side};
+use crate::store::{Component, EdgeSource, Metadata, Tile, TileId, VertexId};
 
 /// The parts of a tile: for each place of a triangle its part, and how many there are.
 pub(crate) struct Parts {
@@ -29,7 +30,7 @@ impl Parts {
         let mut sets = UnionFind::new(tile.places() as u32);
         for &place in &order {
             for side in 3 * place..3 * place + 3 {
-                if let Across::Side(other) = tile.across(side)
+                if let Twin::HalfEdge(HalfEdge(other)) = tile.across(side)
                     && other < side
                     && !tile.is_constraint(side)
                 {
@@ -133,7 +134,7 @@ impl Joining {
         }
         self.seed(tile, &order, node);
         for &place in &order {
-            for side in (3 * place..3 * place + 3).filter(|&side| tile.across(side) == Across::Hull) {
+            for side in (3 * place..3 * place + 3).filter(|&side| tile.across(side) == Twin::Hull) {
                 if !tile.is_constraint(side) {
                     self.marks[node(place) as usize].reaches_hull = true;
                     // Where nothing parts them, the region is as deep as the outside.
@@ -145,8 +146,8 @@ impl Joining {
             self.constraint_edges += 1;
             let left = node(side / 3);
             let right = match tile.across(side) {
-                Across::Side(other) => node(other / 3),
-                Across::Hull | Across::Elsewhere => 0,
+                Twin::HalfEdge(HalfEdge(other)) => node(other / 3),
+                Twin::Hull | Twin::Elsewhere => 0,
             };
             // They are as seen from the smaller corner.
             let is_against = tile.origin(side) > tile.origin(next_side(side));

@@ -13,8 +13,8 @@ use crate::edit::tile::EditTile;
 use crate::edit::tile::hubs::MOST_AROUND;
 use crate::edit::tiles::Tiles;
 use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
-use crate::mesh::{Cavity, NONE, WALLS, next_side, prev_side};
-use crate::store::{Across, EdgeSource, Vertex, VertexId};
+use crate::mesh::{Cavity, NONE, Twin, WALLS, next_side, prev_side};
+use crate::store::{EdgeSource, Vertex, VertexId};
 
 /// A part of a line between two vertices of the file, to become constraint edges.
 #[derive(Clone, Copy, Debug)]
@@ -116,8 +116,8 @@ impl Inserting {
         };
         if let Some((edge, next)) = along {
             let sides = match tile.across(edge) {
-                Across::Side(other) => vec![edge, other],
-                Across::Hull | Across::Elsewhere => vec![edge],
+                Twin::HalfEdge(HalfEdge(other)) => vec![edge, other],
+                Twin::Hull | Twin::Elsewhere => vec![edge],
             };
             let corners = |side: u32| tile.triangle(side).0.map(|vertex| vertex.id);
             return Ok(Reached::Along(next, sides.into_iter().map(corners).collect()));

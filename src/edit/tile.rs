@@ -9,9 +9,9 @@ mod sources;
 use foldhash::{HashMap, HashMapExt};
 
 use crate::edit::patch::{Beside, New, Patch, Seats, Share};
-use crate::geometry::Point;
-use crate::mesh::{NONE, WALLS, next_side, prev_side};
-use crate::store::{Across, EdgeSource, Tile, TileId, Vertex, VertexId};
+use crate::geometry::{HalfEdge, Point};
+use crate::mesh::{NONE, Twin, WALLS, next_side, prev_side};
+use crate::store::{EdgeSource, Tile, TileId, Vertex, VertexId};
 use hubs::Hubs;
 
 /// Across a side: the hull.
@@ -68,10 +68,10 @@ impl EditTile {
         let foreign: Vec<Vertex> = (vertices..corners.unwrap_or(0))
             .map(|corner| tile.vertex(corner))
             .collect();
-        let across = |side: u32| match tile.across(side) {
-            Across::Side(other) => other,
-            Across::Hull => ON_HULL,
-            Across::Elsewhere => BEYOND,
+        let across = |side: u32| match tile.twin(HalfEdge(side)) {
+            Twin::HalfEdge(HalfEdge(other)) => other,
+            Twin::Hull => ON_HULL,
+            Twin::Elsewhere => BEYOND,
         };
         let bits =
             |side: u32, s: u32| u8::from(tile.is_constraint(side)) << s | u8::from(tile.is_wall(side)) << (s + WALLS);
@@ -97,7 +97,9 @@ impl EditTile {
             hubs: Hubs::of(vertices as usize, &triangles),
             triangles,
             free: Vec::new(),
-            leaving: (0..vertices).map(|v| tile.side_leaving(v).unwrap_or(NONE)).collect(),
+            leaving: (0..vertices)
+                .map(|v| tile.leaving(v).map_or(NONE, |side| side.0))
+                .collect(),
             sources: HashMap::new(),
             source_count: 0,
         };
@@ -187,11 +189,11 @@ impl EditTile {
     }
 
     /// What lies across a side.
-    pub(crate) fn across(&self, side: u32) -> Across {
+    pub(crate) fn across(&self, side: u32) -> Twin {
         match self.across[(side / 3) as usize][(side % 3) as usize] {
-            ON_HULL => Across::Hull,
-            BEYOND => Across::Elsewhere,
-            other => Across::Side(other),
+            ON_HULL => Twin::Hull,
+            BEYOND => Twin::Elsewhere,
+            other => Twin::HalfEdge(HalfEdge(other)),
         }
     }
 
@@ -216,9 +218,9 @@ impl EditTile {
             steps = steps.checked_sub(1)?;
             if !is_back {
                 next = match self.across(prev_side(side)) {
-                    Across::Side(other) if other == first => None,
-                    Across::Side(other) => Some(other),
-                    Across::Hull | Across::Elsewhere => {
+                    Twin::HalfEdge(HalfEdge(other)) if other == first => None,
+                    Twin::HalfEdge(HalfEdge(other)) => Some(other),
+                    Twin::Hull | Twin::Elsewhere => {
                         is_back = true;
                         self.clockwise(first)
                     }
@@ -233,8 +235,8 @@ impl EditTile {
     /// The side that starts where this one does, next in clockwise order.
     fn clockwise(&self, side: u32) -> Option<u32> {
         match self.across(side) {
-            Across::Side(other) => Some(next_side(other)),
-            Across::Hull | Across::Elsewhere => None,
+            Twin::HalfEdge(HalfEdge(other)) => Some(next_side(other)),
+            Twin::Hull | Twin::Elsewhere => None,
         }
     }
 

@@ -21,13 +21,14 @@ use tokio::task::JoinHandle;
 use crate::edit::error::EditError;
 use crate::edit::regions::{Labels, Parts};
 use crate::edit::tile::EditTile;
+use crate::geometry::HalfEdge;
 use crate::io::{Buffers, ReadAt, ThreadsFile, open_regular, output_target, start_thread};
 use crate::memory::EditShares;
-use crate::mesh::next_side;
+use crate::mesh::{Twin, next_side};
 use crate::shown;
 use crate::store::{
-    Across, BLOCK, Directory, EditCache, EditLease, EditPin, Extent, Failure, OpenOptions, ReadError, Tile, TileEntry,
-    TileId, TileReader, TileWriter, Weight,
+    BLOCK, Directory, EditCache, EditLease, EditPin, Extent, Failure, OpenOptions, ReadError, Tile, TileEntry, TileId,
+    TileReader, TileWriter, Weight,
 };
 
 /// The tiles of a file, to be changed by one thread, which may wait for them; it is none of the runtime's.
@@ -235,9 +236,9 @@ impl Tiles {
     /// The side across a side, with a tile that has it. None: that is the outside.
     pub(crate) fn over(&self, tile: Pin, side: u32) -> Result<Option<(Pin, u32)>, EditError> {
         match tile.across(side) {
-            Across::Side(other) => Ok(Some((tile, other))),
-            Across::Hull => Ok(None),
-            Across::Elsewhere => {
+            Twin::HalfEdge(HalfEdge(other)) => Ok(Some((tile, other))),
+            Twin::Hull => Ok(None),
+            Twin::Elsewhere => {
                 // The tile of an end of the edge has the triangle across.
                 let ends = [next_side(side), side].map(|side| tile.from(side).id);
                 let tile = self.get(ends[0].tile)?;
@@ -366,7 +367,7 @@ impl Disk {
         let [core, border]: [Bytes; 2] = read
             .try_into()
             .map_err(|_| self.cannot("read", io::ErrorKind::Other.into()))?;
-        Tile::open(id, &entry, &core, &border).map_err(damaged)
+        Tile::open(id, &entry, &core, &border).map_err(|damage| damaged(damage.into()))
     }
 
     async fn load(self: Arc<Self>, id: TileId) -> Result<Arc<EditTile>, EditError> {

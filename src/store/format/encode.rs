@@ -5,9 +5,9 @@ use flatbuffers::FlatBufferBuilder;
 use flatbuffers::Vector;
 use flatbuffers::WIPOffset;
 
-use crate::geometry::Point;
+use crate::geometry::{PackedHalfEdge, Point};
 use crate::io::Buffers;
-use crate::mesh::WALLS;
+use crate::mesh::{Twin, WALLS};
 use crate::store::format::edge_source::EdgeSource;
 use crate::store::format::generated::tile as schema;
 use crate::store::format::ids::{TileId, VertexId};
@@ -15,18 +15,21 @@ use crate::store::format::packed;
 use crate::store::format::packed::mark;
 use crate::store::format::tile::Component;
 
-/// Marks of the neighbours in a core.
-pub(crate) const NOT_IN_CORE: u64 = mark(0);
-/// Marks of the neighbours in a border.
-pub(crate) const HULL: u64 = mark(0);
-/// A neighbour without a vertex in the tile.
-pub(crate) const ELSEWHERE: u64 = mark(1);
+/// The mark of what a core lacks: a neighbour, or a triangle at a vertex.
+const NOT_IN_CORE: u64 = mark(0);
+/// The mark of a border's neighbours that are none: the edge is on the hull.
+const HULL: u64 = mark(0);
+/// The mark of a border's neighbours that have no vertex in the tile.
+const ELSEWHERE: u64 = mark(1);
 
 type PackedOffset<'b> = WIPOffset<schema::Packed<'b>>;
 type BitsOffset<'b> = WIPOffset<Vector<'b, u8>>;
 
 /// What a core is made of.
-#[derive(Debug, Default)]
+///
+/// There is no default: whoever writes a tile says what each attribute is, so that none is forgotten when one is added.
+#[derive(Debug)]
+#[cfg_attr(test, derive(Default))]
 pub(crate) struct CoreDraft {
     /// The vertices.
     pub(crate) points: Vec<Point>,
@@ -36,8 +39,8 @@ pub(crate) struct CoreDraft {
     pub(crate) records: Vec<u64>,
     /// Corners of the triangles.
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// Sides across, or [`NONE`](crate::mesh::NONE).
-    pub(crate) neighbours: Vec<[u32; 3]>,
+    /// Their twins within the core.
+    pub(crate) neighbours: Vec<[PackedHalfEdge; 3]>,
     /// For each triangle a bit for each side that is a constraint, and from
     /// [`WALLS`] on one for each that is a wall; or nothing, if none is.
     pub(crate) constraints: Vec<u8>,
@@ -51,8 +54,9 @@ pub(crate) struct CoreDraft {
     pub(crate) site_ids: Vec<String>,
 }
 
-/// What a border is made of.
-#[derive(Debug, Default)]
+/// What a border is made of. There is no default, as for cores.
+#[derive(Debug)]
+#[cfg_attr(test, derive(Default))]
 pub(crate) struct BorderDraft {
     /// Vertices of the tile.
     pub(crate) vertices: u32,
@@ -62,8 +66,8 @@ pub(crate) struct BorderDraft {
     pub(crate) foreign: Vec<(VertexId, Point)>,
     /// Corners: below `vertices` the tile's own, then foreign ones.
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// Sides across, numbered through core and border, or [`HULL`], or [`ELSEWHERE`].
-    pub(crate) neighbours: Vec<[u64; 3]>,
+    /// Their twins, numbered through core and border.
+    pub(crate) neighbours: Vec<[Twin; 3]>,
     /// Pairs (side of the core, side of the border) in order.
     pub(crate) core_links: Vec<(u32, u32)>,
     /// Pairs (vertex, side that starts there) in order.
@@ -83,18 +87,46 @@ pub(crate) struct BorderDraft {
 }
 
 impl CoreDraft {
+    /// Of a tile without vertices.
+    pub(crate) const fn empty() -> Self {
+        Self {
+            points: Vec::new(),
+            z: Vec::new(),
+            records: Vec::new(),
+            triangles: Vec::new(),
+            neighbours: Vec::new(),
+            constraints: Vec::new(),
+            components: Vec::new(),
+            edge_sources: Vec::new(),
+            sites: Vec::new(),
+            site_ids: Vec::new(),
+        }
+    }
+
     /// Empties it, and keeps its memory.
     pub(crate) fn clear(&mut self) {
-        self.points.clear();
-        self.z.clear();
-        self.records.clear();
-        self.triangles.clear();
-        self.neighbours.clear();
-        self.constraints.clear();
-        self.components.clear();
-        self.edge_sources.clear();
-        self.sites.clear();
-        self.site_ids.clear();
+        let Self {
+            points,
+            z,
+            records,
+            triangles,
+            neighbours,
+            constraints,
+            components,
+            edge_sources,
+            sites,
+            site_ids,
+        } = self;
+        points.clear();
+        z.clear();
+        records.clear();
+        triangles.clear();
+        neighbours.clear();
+        constraints.clear();
+        components.clear();
+        edge_sources.clear();
+        sites.clear();
+        site_ids.clear();
     }
 
     /// The FlatBuffer of the core, in one of these buffers.
@@ -107,10 +139,8 @@ impl CoreDraft {
         }
         let mut builder = FlatBufferBuilder::from_vec(buffers.zeroed(56 * self.points.len() + 1024));
         let vertex_sides = packed::write(&mut builder, vertex_sides.into_iter(), sides, 1);
-        let neighbours = self.neighbours.as_flattened().iter().map(|&side| match side {
-            crate::mesh::NONE => NOT_IN_CORE,
-            side => u64::from(side),
-        });
+        let neighbours = self.neighbours.as_flattened().iter();
+        let neighbours = neighbours.map(|twin| twin.get().map_or(NOT_IN_CORE, |twin| twin.0.into()));
         let neighbours = packed::write(&mut builder, neighbours, sides, 1);
         let corners = self.triangles.as_flattened().iter().map(|&v| u64::from(v));
         let triangles = packed::write(&mut builder, corners, vertices, 0);
@@ -181,7 +211,11 @@ impl BorderDraft {
         let vertex_sides = pairs(&self.vertex_sides).into_iter();
         let vertex_sides = packed::write(&mut builder, vertex_sides, sides.max(corners), 0);
         let core_links = packed::write(&mut builder, pairs(&self.core_links).into_iter(), sides, 0);
-        let neighbours = self.neighbours.as_flattened().iter().copied();
+        let neighbours = self.neighbours.as_flattened().iter().map(|twin| match twin {
+            Twin::HalfEdge(twin) => twin.0.into(),
+            Twin::Hull => HULL,
+            Twin::Elsewhere => ELSEWHERE,
+        });
         let neighbours = packed::write(&mut builder, neighbours, sides, 2);
         let triangles = self.triangles.as_flattened().iter().map(|&v| u64::from(v));
         let triangles = packed::write(&mut builder, triangles, corners, 0);

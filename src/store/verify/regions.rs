@@ -12,9 +12,10 @@
 use xxhash_rust::xxh3::xxh3_128;
 
 use super::error::Fault;
-use crate::geometry::{Orientation, Point, Rect, orient2d};
-use crate::mesh::next_side;
-use crate::store::{Across, Component, LineSource, Metadata, Tile};
+use crate::geometry::{HalfEdge, Orientation, Point, Rect, orient2d};
+use crate::mesh::{Topology, Twin};
+use crate::store::format::damage::Damage;
+use crate::store::{Component, LineSource, Metadata, Tile};
 
 /// Bytes that the check takes for each vertex of its tile, if every triangle is a region.
 pub(super) const BYTES_PER_VERTEX: u64 = 3 * size_of::<Region>() as u64;
@@ -45,20 +46,20 @@ impl Claims {
     }
 
     /// Whether a region may be what it is said to be.
-    fn check_hole(&self, number: u64, depth: i32, marks: Marks) -> Result<(), String> {
+    fn check_hole(&self, number: u64, depth: i32, marks: Marks) -> Result<(), Damage> {
         if depth < 0 {
-            return Err(format!(
+            return Err(Damage::new(format!(
                 "region {number} is covered {depth} times: an obstacle is inside out there, and may free what another one covers"
-            ));
+            )));
         }
         let must = depth > 0 || marks.has(Marks::SEEDED) || self.exterior_is_hole && marks.has(Marks::OPEN);
         match marks.has(Marks::HOLE) {
-            true if !must && !marks.has(Marks::TOUCHED) => {
-                Err(format!("region {number} is a hole, but nothing makes it one"))
-            }
-            false if must => Err(format!(
+            true if !must && !marks.has(Marks::TOUCHED) => Err(Damage::new(format!(
+                "region {number} is a hole, but nothing makes it one"
+            ))),
+            false if must => Err(Damage::new(format!(
                 "region {number} is no hole, but should be: its depth is {depth}, or a seed lies in it, or it is outside"
-            )),
+            ))),
             _ => Ok(()),
         }
     }
@@ -140,7 +141,7 @@ pub(super) fn check(tile: &Tile, claims: &Claims, bounds: Rect) -> Result<Report
         let component = &mut components[tile.component_number(triangle) as usize];
         component.marks.add(Marks::SEEN);
         check_number(tile, triangle, component.number, claims)?;
-        for side in 3 * triangle..3 * triangle + 3 {
+        for side in HalfEdge::of_triangle(triangle) {
             match check_side(tile, side, claims)? {
                 Side::Open => component.marks.add(Marks::OPEN),
                 Side::WithSources => edges_with_sources += 1,
@@ -181,7 +182,7 @@ pub(super) fn check(tile: &Tile, claims: &Claims, bounds: Rect) -> Result<Report
 /// A file that knows no regions has nothing that belongs to them.
 pub(super) fn check_none(tile: &Tile) -> Result<(), Fault> {
     let has_labels = tile.component_count() != 1 || tile.component_at(0) != Component::default();
-    let has_walls = (0..3 * tile.triangle_count()).any(|side| tile.is_wall(side));
+    let has_walls = tile.half_edges().any(|side| tile.is_wall(side));
     // Without triangles there are edges, but no regions.
     let has_sources = tile.edges_with_sources() > 0 && tile.triangle_count() > 0;
     if has_labels || has_walls || has_sources {
@@ -223,14 +224,18 @@ enum Side {
 }
 
 /// Checks an edge that has both its triangles in the tile, or is on the hull; once.
-fn check_side(tile: &Tile, side: u32, claims: &Claims) -> Result<Side, Fault> {
-    let (triangle, here) = (side / 3, tile.component(side / 3));
-    let (there, beyond) = match tile.across(side) {
-        Across::Side(other) if side < other => (tile.component(other / 3), format!("triangle {}", other / 3)),
-        Across::Side(_) | Across::Elsewhere => return Ok(Side::Other),
-        Across::Hull => (Component::default(), "the plane outside".to_owned()),
+fn check_side(tile: &Tile, side: HalfEdge, claims: &Claims) -> Result<Side, Fault> {
+    let (triangle, here) = (side.triangle(), tile.component(side.triangle()));
+    let twin = tile.twin(side);
+    let (there, beyond) = match twin {
+        Twin::HalfEdge(twin) if side < twin => {
+            let other = twin.triangle();
+            (tile.component(other), format!("triangle {other}"))
+        }
+        Twin::HalfEdge(_) | Twin::Elsewhere => return Ok(Side::Other),
+        Twin::Hull => (Component::default(), "the plane outside".to_owned()),
     };
-    let is_hull = tile.across(side) == Across::Hull;
+    let is_hull = twin == Twin::Hull;
     let change = i64::from(here.depth) - i64::from(there.depth);
     if !tile.is_constraint(side) {
         if here != there && !is_hull || change != 0 {
@@ -291,13 +296,16 @@ fn mark_seeds(tile: &Tile, claims: &Claims, bounds: Rect, components: &mut [Regi
 fn mark_of(tile: &Tile, triangle: u32, corners: [Point; 3], seed: Point) -> Option<Marks> {
     let mut on_edges = 0;
     let mut on_constraint = false;
-    for side in 0..3 {
-        let (from, to) = (corners[side as usize], corners[next_side(side) as usize]);
+    let [a, b, c] = corners;
+    for (side, [from, to]) in HalfEdge::of_triangle(triangle)
+        .into_iter()
+        .zip([[a, b], [b, c], [c, a]])
+    {
         match orient2d(from, to, seed) {
             Orientation::CounterClockwise => {}
             Orientation::Collinear => {
                 on_edges += 1;
-                on_constraint |= tile.is_constraint(3 * triangle + side);
+                on_constraint |= tile.is_constraint(side);
             }
             Orientation::Clockwise => return None,
         }
@@ -369,25 +377,27 @@ impl Totals {
     }
 
     /// Checks what no tile can tell alone.
-    pub(super) fn check(&self, claims: &Claims, metadata: &Metadata) -> Result<(), String> {
+    pub(super) fn check(&self, claims: &Claims, metadata: &Metadata) -> Result<(), Damage> {
         let mut holes = self.local_holes;
         for (&(depth, marks), number) in self.spanning.iter().zip(0..) {
             if !marks.has(Marks::SEEN) {
-                return Err(format!("region {number} has no triangles"));
+                return Err(Damage::new(format!("region {number} has no triangles")));
             }
             claims.check_hole(number, depth, marks)?;
             holes += u64::from(marks.has(Marks::HOLE));
         }
         let sum = || (claims.spanning..claims.regions).map(hash).fold(0, u128::wrapping_add);
         if self.locals != claims.regions - claims.spanning || self.sum != sum() {
-            return Err(format!(
+            return Err(Damage::new(format!(
                 "regions from {} to {} should lie in one tile each, and each should be there",
                 claims.spanning, claims.regions
-            ));
+            )));
         }
         if holes != metadata.hole_regions {
             let expected = metadata.hole_regions;
-            return Err(format!("{holes} regions are holes, and the directory says {expected}"));
+            return Err(Damage::new(format!(
+                "{holes} regions are holes, and the directory says {expected}"
+            )));
         }
         Ok(())
     }

@@ -1,10 +1,13 @@
 //! What a tile tells of constraints, regions and sites is what its drafts said; drafts that contradict themselves are refused.
 
+use crate::geometry::PackedHalfEdge;
 use crate::io::Buffers;
+use crate::mesh::Twin;
+use crate::store::format::damage::Damage;
 use crate::store::format::directory::verified;
 use crate::store::format::directory::{Extent, TileEntry};
-use crate::store::format::edge_source::LineKind;
-use crate::store::format::encode::{BorderDraft, CoreDraft, HULL};
+use crate::store::format::edge_source::{EdgeSource, LineKind};
+use crate::store::format::encode::{BorderDraft, CoreDraft};
 use crate::store::format::generated::tile as schema;
 use crate::store::format::tile::*;
 
@@ -19,12 +22,12 @@ use crate::store::format::tile::*;
 /// ```
 fn drafts() -> (CoreDraft, BorderDraft) {
     let points = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
-    let none = crate::mesh::NONE;
+    const NONE: PackedHalfEdge = PackedHalfEdge::NONE;
     let core = CoreDraft {
         points: points.map(|(x, y)| Point::new(x, y)).to_vec(),
         records: vec![0, 1, 2, 3],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
-        neighbours: vec![[none, none, 3], [2, none, none]],
+        neighbours: vec![[NONE, NONE, HalfEdge(3).into()], [HalfEdge(2).into(), NONE, NONE]],
         ..CoreDraft::default()
     };
     let elsewhere = VertexId {
@@ -36,7 +39,7 @@ fn drafts() -> (CoreDraft, BorderDraft) {
         core_triangles: 2,
         foreign: vec![(elsewhere, Point::new(2.0, 0.5))],
         triangles: vec![[1, 4, 2]],
-        neighbours: vec![[HULL, HULL, 1]],
+        neighbours: vec![[Twin::Hull, Twin::Hull, Twin::HalfEdge(HalfEdge(1))]],
         core_links: vec![(1, 8)],
         ..BorderDraft::default()
     };
@@ -68,7 +71,7 @@ fn source(kind: LineKind, number: u64) -> EdgeSource {
     EdgeSource::new(kind, number)
 }
 
-fn open((core, border): &(CoreDraft, BorderDraft)) -> Result<Tile, String> {
+fn open((core, border): &(CoreDraft, BorderDraft)) -> Result<Tile, Damage> {
     let buffers = Buffers::default();
     open_bytes(
         &core.encode(TileId(0), 1, &buffers),
@@ -76,7 +79,7 @@ fn open((core, border): &(CoreDraft, BorderDraft)) -> Result<Tile, String> {
     )
 }
 
-fn open_bytes(core: &Bytes, border: &Bytes) -> Result<Tile, String> {
+fn open_bytes(core: &Bytes, border: &Bytes) -> Result<Tile, Damage> {
     let extent = |bytes: &Bytes| Extent {
         offset: 8192,
         length: bytes.len() as u32,
@@ -196,7 +199,7 @@ fn drafts_that_contradict_themselves_are_refused() {
         let (mut core, mut border) = full_drafts();
         fault(&mut core, &mut border);
         let error = open(&(core, border)).map(|_| ()).expect_err(reason);
-        assert!(error.contains(reason), "{error:?} is not about {reason:?}");
+        assert!(error.to_string().contains(reason), "{error:?} is not about {reason:?}");
     }
 }
 
@@ -253,7 +256,7 @@ fn tables_without_their_other_half_are_refused() {
         match opened {
             Ok(_) => assert_eq!(reason, ""),
             Err(error) => assert!(
-                !reason.is_empty() && error.contains(reason),
+                !reason.is_empty() && error.to_string().contains(reason),
                 "{error:?} is not about {reason:?}"
             ),
         }
