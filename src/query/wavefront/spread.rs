@@ -23,6 +23,13 @@ struct Door {
     left: (u32, Point),
 }
 
+/// The sides by which a cone leaves the triangle of the side by which it came: that on its right, and that on its left.
+#[inline]
+fn doors(entered: HalfEdge, right: (u32, Point), left: (u32, Point), apex: (u32, Point)) -> [Door; 2] {
+    let [to_right, to_left] = [(entered.next(), right, apex), (entered.prev(), apex, left)];
+    [to_right, to_left].map(|(side, right, left)| Door { side, right, left })
+}
+
 /// How far a cone went on.
 #[derive(Clone, Copy, Default)]
 struct Stride {
@@ -96,16 +103,7 @@ impl Wave {
             self.see_places_within(root, corners, &cone);
             let between = Some([cone.right, cone.left]);
             self.keep(root, Shape::Triangle { corners, between });
-            let to_right = Door {
-                side: side.next(),
-                right,
-                left: apex,
-            };
-            let to_left = Door {
-                side: side.prev(),
-                right: apex,
-                left,
-            };
+            let [to_right, to_left] = doors(side, right, left, apex);
             let on_right = orient2d(cone.root, cone.right, point);
             let best = if on_right == Orientation::Clockwise {
                 let ahead = self.look_or_trust(passages, root, &to_left, &cone, &mut stride)?;
