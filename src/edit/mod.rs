@@ -42,7 +42,7 @@ use crate::input::{MissingZ, SegmentBatch};
 use crate::io::start_thread;
 use crate::memory::EditShares;
 use crate::mesh::vertex_index::VertexIndex;
-use crate::store::{EdgeSource, LineKind, LineSource, TileId, Vertex, VertexId, hull_edges};
+use crate::store::{EdgeSource, LineKind, LineSource, Metadata, TileId, Vertex, VertexId, hull_edges};
 pub use error::EditError;
 use regions::{Joining, Labels, Parts};
 use strip::{Inserting, Piece};
@@ -142,9 +142,11 @@ impl Editor {
     pub fn add_sources(&mut self, sources: Vec<LineSource>) {
         let (first_line, edit) = (self.first_line, self.number);
         let numbered = sources.into_iter().map(|source| LineSource {
+            name: source.name,
+            kind: source.kind,
             first: first_line + source.first,
+            lines: source.lines,
             edit,
-            ..source
         });
         self.lines.extend(numbered);
     }
@@ -309,20 +311,38 @@ fn edit_here(
     );
     let file_bytes = tiles.publish(|directory| {
         let entries = &directory.tiles;
-        let metadata = &mut directory.metadata;
+        let before = std::mem::take(&mut directory.metadata);
         let most = entries.iter().map(|tile| tile.vertices).max();
-        metadata.tile_vertices = metadata.tile_vertices.max(most.unwrap_or(0));
-        metadata.vertices = entries.iter().map(|tile| u64::from(tile.vertices)).sum();
-        metadata.triangles = entries.iter().map(|tile| u64::from(tile.owned_triangles)).sum();
-        metadata.hull_edges = hull_edges(metadata.vertices, metadata.triangles);
-        metadata.ends += vertices;
-        metadata.next_record = metadata.next_record.saturating_add(work.new_records);
-        metadata.constraint_edges = constraint_edges;
-        metadata.regions = regions;
-        metadata.spanning_regions = spanning;
-        metadata.hole_regions = hole_regions;
-        metadata.hole_triangles = hole_triangles;
-        metadata.lines.extend_from_slice(lines);
+        let all_vertices = entries.iter().map(|tile| u64::from(tile.vertices)).sum();
+        let triangles = entries.iter().map(|tile| u64::from(tile.owned_triangles)).sum();
+        let mut all_lines = before.lines;
+        all_lines.extend_from_slice(lines);
+        directory.metadata = Metadata {
+            tile_vertices: before.tile_vertices.max(most.unwrap_or(0)),
+            vertices: all_vertices,
+            triangles,
+            hull_edges: hull_edges(all_vertices, triangles),
+            points: before.points,
+            duplicates: before.duplicates,
+            ends: before.ends + vertices,
+            constraint_edges,
+            has_z: before.has_z,
+            bounds: before.bounds,
+            sources: before.sources,
+            crs: before.crs,
+            producer: before.producer,
+            regions,
+            spanning_regions: spanning,
+            hole_regions,
+            hole_triangles,
+            sites: before.sites,
+            crossings: before.crossings,
+            lines: all_lines,
+            exterior_is_hole: before.exterior_is_hole,
+            seeds: before.seeds,
+            borders: before.borders,
+            next_record: before.next_record.saturating_add(work.new_records),
+        };
     })?;
     Ok(EditSummary {
         segments: segments.len() as u64,

@@ -4,9 +4,10 @@
 use super::*;
 use crate::geometry::{Point, Rect};
 use crate::io::{Buffers, MemoryFile};
+use crate::mesh::Twin;
 use crate::store::{
-    BorderDraft, CoreDraft, Directory, HULL, KdNode, KdTree, Metadata, OpenOptions, Source, TileEntry, TileId,
-    TileReader, TileWriter, VertexId,
+    BorderDraft, CoreDraft, Directory, KdNode, KdTree, Metadata, OpenOptions, Source, TileEntry, TileId, TileReader,
+    TileWriter, VertexId,
 };
 
 /// Two tiles and one triangle across them: vertices 0:0 and 0:1, and 1:0. Each test makes a piece of it wrong.
@@ -58,7 +59,7 @@ impl Draft {
                 vertices,
                 foreign,
                 triangles: vec![if tile == 0 { [0, 1, 2] } else { [1, 2, 0] }],
-                neighbours: vec![[HULL; 3]],
+                neighbours: vec![[Twin::Hull; 3]],
                 ..BorderDraft::default()
             };
             tiles.push(TileEntry {

@@ -82,6 +82,14 @@ impl HalfEdge {
     }
 }
 
+// Until the last users of plain numbers are gone.
+impl From<u32> for HalfEdge {
+    #[inline]
+    fn from(number: u32) -> Self {
+        Self(number)
+    }
+}
+
 /// An `Option<HalfEdge>` in four bytes instead of eight: arrays of these are most of what a triangulation in core takes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(transparent)]
@@ -100,6 +108,14 @@ impl PackedHalfEdge {
         } else {
             Some(HalfEdge(self.0))
         }
+    }
+}
+
+impl PackedHalfEdge {
+    /// The triangle of the half-edge; of none a number larger than that of any, without a branch.
+    #[inline]
+    pub(crate) const fn triangle_or_more(self) -> u32 {
+        self.0 / 3
     }
 }
 

@@ -80,8 +80,8 @@ impl Digest {
                 self.add_hole(tile.triangle_points(triangle));
             }
         }
-        for side in tile.owned_constraints() {
-            self.add_constraint_edge(tile.ends(side).map(|end| end.point));
+        for edge in tile.owned_constraints() {
+            self.add_constraint_edge(tile.ends(edge).map(|end| end.point));
         }
     }
 }

@@ -2,13 +2,14 @@
 
 use futures::stream::TryStreamExt;
 
+use crate::geometry::{HalfEdge, PackedHalfEdge};
 use crate::io::{Buffers, MemoryFile};
-use crate::mesh::NONE;
+use crate::mesh::{Topology, Twin};
 use crate::store::format::directory::{Directory, TileEntry};
-use crate::store::format::encode::{BorderDraft, CoreDraft, ELSEWHERE, HULL};
+use crate::store::format::encode::{BorderDraft, CoreDraft};
 use crate::store::format::metadata::Metadata;
 use crate::store::format::tile::Component;
-use crate::store::format::tile::{Across, Tile};
+use crate::store::format::tile::Tile;
 use crate::store::reader::{OpenOptions, TileReader};
 use crate::store::writer::TileWriter;
 
@@ -18,32 +19,33 @@ fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
     let vertices = 0..tile.vertex_count();
     let triangles: Vec<[u32; 3]> = (0..tile.triangle_count()).map(|t| tile.corners(t)).collect();
     let (of_core, of_border) = triangles.split_at(tile.core_triangle_count() as usize);
-    let across = |side| match tile.across(side) {
-        Across::Side(side) => u64::from(side),
-        Across::Elsewhere => ELSEWHERE,
-        Across::Hull => HULL,
+    let in_core = |side: HalfEdge| {
+        let twin = tile.twin(side).half_edge();
+        PackedHalfEdge::from(twin.filter(|twin| twin.0 < core_sides))
     };
-    let in_core = |side: u32| match tile.across(side) {
-        Across::Side(other) if other < core_sides => other,
-        _ => NONE,
-    };
-    let sides = |t: u32| [3 * t, 3 * t + 1, 3 * t + 2];
     let corners = of_border.as_flattened().iter().copied();
     let foreign = corners
         .max()
         .map_or(0, |last| (last + 1).saturating_sub(tile.vertex_count()));
-    let links = (0..core_sides).filter_map(|side| match tile.across(side) {
-        Across::Side(other) if other >= core_sides => Some((side, other)),
+    let core_half_edges = tile.half_edges().take_while(|side| side.0 < core_sides);
+    let links = core_half_edges.filter_map(|side| match tile.twin(side) {
+        Twin::HalfEdge(twin) if twin.0 >= core_sides => Some((side.0, twin.0)),
         _ => None,
     });
-    let leaving = vertices.clone().filter_map(|v| Some((v, tile.side_leaving(v)?)));
+    let leaving = vertices.clone().filter_map(|v| Some((v, tile.leaving(v)?.0)));
     let core = CoreDraft {
         points: tile.points().collect(),
         z: vertices.clone().filter_map(|v| tile.z(v)).collect(),
         records: vertices.map(|v| tile.record(v)).collect(),
         triangles: of_core.to_vec(),
-        neighbours: (0..tile.core_triangle_count()).map(|t| sides(t).map(in_core)).collect(),
-        ..CoreDraft::default()
+        neighbours: (0..tile.core_triangle_count())
+            .map(|t| HalfEdge::of_triangle(t).map(in_core))
+            .collect(),
+        constraints: Vec::new(),
+        components: Vec::new(),
+        edge_sources: Vec::new(),
+        sites: Vec::new(),
+        site_ids: Vec::new(),
     };
     let border = BorderDraft {
         vertices: tile.vertex_count(),
@@ -54,11 +56,15 @@ fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
             .collect(),
         triangles: of_border.to_vec(),
         neighbours: (tile.core_triangle_count()..tile.triangle_count())
-            .map(|t| sides(t).map(across))
+            .map(|t| HalfEdge::of_triangle(t).map(|side| tile.twin(side)))
             .collect(),
         core_links: links.collect(),
         vertex_sides: leaving.filter(|&(_, side)| side >= core_sides).collect(),
-        ..BorderDraft::default()
+        constraints: Vec::new(),
+        components: Vec::new(),
+        regions: Vec::new(),
+        edge_sources: Vec::new(),
+        edges: Vec::new(),
     };
     (core, border)
 }

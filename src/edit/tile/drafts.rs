@@ -4,10 +4,10 @@
 //! written may so be of the core now.
 
 use crate::edit::tile::{BEYOND, EditTile, ON_HULL};
-use crate::geometry::{Point, Rect};
-use crate::mesh::{NONE, next_side};
+use crate::geometry::{HalfEdge, PackedHalfEdge, Point, Rect};
+use crate::mesh::{NONE, Twin, next_side};
 use crate::store::format::components::{components, of_core};
-use crate::store::{Across, BorderDraft, Component, CoreDraft, ELSEWHERE, HULL, TileEntry, VertexId};
+use crate::store::{Across, BorderDraft, Component, CoreDraft, TileEntry, VertexId};
 
 /// What a tile is when it is written.
 pub(crate) struct Drafts {
@@ -43,14 +43,14 @@ impl EditTile {
             }
         };
         let in_core = |value: u32| match value {
-            ON_HULL | BEYOND => NONE,
-            side if side_now(side) < core_sides => side_now(side),
-            _ => NONE,
+            ON_HULL | BEYOND => PackedHalfEdge::NONE,
+            side if side_now(side) < core_sides => HalfEdge(side_now(side)).into(),
+            _ => PackedHalfEdge::NONE,
         };
         let in_border = |value: u32| match value {
-            ON_HULL => HULL,
-            BEYOND => ELSEWHERE,
-            side => side_now(side).into(),
+            ON_HULL => Twin::Hull,
+            BEYOND => Twin::Elsewhere,
+            side => Twin::HalfEdge(HalfEdge(side_now(side))),
         };
         let linked = of_core
             .iter()
@@ -72,7 +72,9 @@ impl EditTile {
             constraints: bits(of_core),
             sites: self.sites.clone(),
             site_ids: self.site_ids.clone(),
-            ..CoreDraft::default()
+            // Below, once the rest is known.
+            components: Vec::new(),
+            edge_sources: Vec::new(),
         };
         let border = BorderDraft {
             vertices: self.points.len() as u32,
@@ -82,7 +84,13 @@ impl EditTile {
             neighbours: of_border.iter().map(|place| across(place).map(in_border)).collect(),
             core_links,
             constraints: bits(of_border),
-            ..BorderDraft::default()
+            // Below, once the rest is known.
+            vertex_sides: Vec::new(),
+            components: Vec::new(),
+            regions: Vec::new(),
+            edge_sources: Vec::new(),
+            // Files without triangles are not edited.
+            edges: Vec::new(),
         };
         let owned = order.iter().filter(|&&place| self.owns(place));
         let is_in_hole = |place: u32| label.is_some_and(|label| label(place).is_hole);
@@ -187,13 +195,14 @@ impl Counts {
     /// The entry of the tile, but for where it lies.
     pub(crate) fn entry(self, before: &TileEntry, generation: u32) -> TileEntry {
         TileEntry {
+            core: before.core,
+            border: before.border,
             generation,
             vertices: self.vertices,
             core_triangles: self.core_triangles,
             border_triangles: self.border_triangles,
             owned_triangles: self.owned,
             bounds: self.bounds,
-            ..*before
         }
     }
 }

@@ -7,11 +7,10 @@ use crate::store::{EdgeSource, Tile, VertexId};
 impl EditTile {
     /// Takes over those of a tile.
     pub(crate) fn load_sources(&mut self, tile: &Tile) {
-        for side in tile.owned_constraints() {
-            let ends = [side, next_side(side)].map(|side| tile.origin(side));
-            let (ends, is_turned) = in_order(ends);
+        for edge in tile.owned_constraints() {
+            let (ends, is_turned) = in_order(tile.corners_of_edge(edge));
             let seen = |source: EdgeSource| if is_turned { source.reversed() } else { source };
-            let sources: Vec<EdgeSource> = tile.edge_sources(side).map(seen).collect();
+            let sources: Vec<EdgeSource> = tile.edge_sources(edge).map(seen).collect();
             self.source_count += sources.len();
             self.sources.insert(ends, sources);
         }

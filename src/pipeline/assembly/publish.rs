@@ -20,7 +20,9 @@ use crate::pipeline::error::BuildError;
 use crate::pipeline::finish::borders::RegionTotals;
 use crate::pipeline::records::{GENERATION, TileState};
 use crate::pipeline::summary::{BuildSummary, LevelSummary, Waits, phases};
-use crate::store::{CompactError, Directory, Extent, KdTree, Metadata, OpenOptions, TileEntry, TileReader, hull_edges};
+use crate::store::{
+    CompactError, Directory, Extent, KdTree, Metadata, OpenOptions, TileEntry, TileReader, hull_edges, this_program,
+};
 
 /// A file is written anew if more than one of so many parts of it was, for segments that were put off.
 const UNUSED_SHARE: u64 = 8;
@@ -246,7 +248,7 @@ impl Assembly {
             hole_regions: regions.hole_regions,
             hole_triangles: regions.hole_triangles,
             hull_edges: hull_edges(vertices, triangles),
-            ..Metadata::default()
+            producer: this_program(),
         };
         Directory { metadata, tree, tiles }
     }

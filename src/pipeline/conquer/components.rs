@@ -58,9 +58,9 @@ impl Components {
     pub(crate) fn anchor(&mut self, core: &CoreDraft, sources: &[(u32, EdgeSource)]) -> Result<(), EdgeSource> {
         let link = |of_side: &[(u32, EdgeSource)]| {
             let (side, source) = of_side[0];
-            let twin = core.neighbours[(side / 3) as usize][(side % 3) as usize];
+            let twin = core.neighbours.as_flattened()[side as usize];
             Link {
-                sides: [side, twin].map(|side| self.of_triangles[(side / 3) as usize]),
+                sides: [side / 3, twin.triangle_or_more()].map(|triangle| self.of_triangles[triangle as usize]),
                 change: of_side.iter().map(|(_, source)| source.depth_change()).sum(),
                 source,
             }

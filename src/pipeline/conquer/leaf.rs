@@ -3,7 +3,7 @@
 use crate::collections::bucket_sort::bucket_sort;
 use crate::constraints::seeds::Seeds;
 use crate::constraints::segment::Segment;
-use crate::geometry::{HalfEdge, MortonSquare, Point, Rect};
+use crate::geometry::{HalfEdge, MortonSquare, PackedHalfEdge, Point, Rect};
 use crate::input::SiteId;
 use crate::mesh::vertex_index::VertexIndex;
 use crate::mesh::{NONE, Topology};
@@ -251,7 +251,7 @@ fn take_edges(core: &mut CoreDraft, pieces: &[Piece]) -> Vec<Piece> {
     for (((neighbours, bits), corners), first) in sides.zip((0u32..).step_by(3)) {
         for (s, &twin) in neighbours.iter().enumerate().filter(|(s, _)| bits >> s & 1 == 1) {
             let side = first + s as u32;
-            if twin != NONE && side < twin {
+            if twin.get().is_some_and(|twin| side < twin.0) {
                 let (from, to) = (corners[s], corners[(s + 1) % 3]);
                 within.push(([from.min(to), from.max(to)], side));
             }
@@ -304,15 +304,15 @@ fn core_triangles(workspace: &Workspace, core: &mut CoreDraft) -> Vec<OpenSide> 
         }
         let corners = mesh.triangles[triangle as usize];
         let bits = workspace.side_bits.get(triangle as usize).copied().unwrap_or(0);
-        let sides = [0, 1, 2].map(|s| 3 * triangle + s);
-        let neighbours = sides.map(|side| match mesh.twin(HalfEdge(side)).half_edge() {
-            None => NONE,
-            Some(twin) => match renumbered[twin.triangle() as usize] {
-                NONE => NONE,
-                other => HalfEdge::new(other, twin.corner()).0,
-            },
+        let sides = HalfEdge::of_triangle(triangle);
+        let neighbours: [Option<HalfEdge>; 3] = sides.map(|side| {
+            let twin = mesh.twin(side).half_edge()?;
+            match renumbered[twin.triangle() as usize] {
+                NONE => None,
+                other => Some(HalfEdge::new(other, twin.corner())),
+            }
         });
-        for (s, _) in neighbours.iter().enumerate().filter(|(_, side)| **side == NONE) {
+        for (s, _) in neighbours.iter().enumerate().filter(|(_, twin)| twin.is_none()) {
             open_sides.push(OpenSide {
                 from: corners[s],
                 to: corners[(s + 1) % 3],
@@ -325,7 +325,7 @@ fn core_triangles(workspace: &Workspace, core: &mut CoreDraft) -> Vec<OpenSide> 
             core.constraints.push(bits);
         }
         core.triangles.push(corners);
-        core.neighbours.push(neighbours);
+        core.neighbours.push(neighbours.map(PackedHalfEdge::from));
     }
     open_sides
 }

@@ -1,12 +1,13 @@
 //! Puts a tile's border together from its late triangles and the open sides of its core.
 
-use crate::geometry::Rect;
+use crate::geometry::{HalfEdge, Rect};
+use crate::mesh::Twin;
 use crate::pipeline::finish::border_mesh::{BorderMesh, Late};
 use crate::pipeline::finish::regions::Regions;
 use crate::pipeline::output::border_log::GroupBorders;
 use crate::pipeline::records::{Anchor, TileState};
 pub(crate) use crate::store::format::components::components;
-use crate::store::{BorderDraft, ELSEWHERE, EdgeSource, HULL, TileId};
+use crate::store::{BorderDraft, EdgeSource, TileId};
 
 /// A border, and what it adds to the tile's entry.
 #[derive(Debug)]
@@ -56,9 +57,11 @@ pub(crate) fn assemble(
         neighbours,
         core_links,
         constraints: mesh.late.iter().map(Late::side_bits).collect(),
+        // Below, if there are regions.
+        components: Vec::new(),
+        regions: Vec::new(),
         edge_sources,
         edges,
-        ..BorderDraft::default()
     };
     let (mut hole_triangles, mut closed_holes) = (0, 0);
     if let Some(TileRegions { all, seeded }) = regions {
@@ -116,25 +119,25 @@ fn edges(mut along: Vec<([u32; 2], EdgeSource)>) -> (Vec<[u32; 2]>, Vec<(u32, Ed
 }
 
 /// The sides across those of the late triangles, and the pairs of core and border sides.
-fn link(mesh: &BorderMesh) -> (Vec<[u64; 3]>, Vec<(u32, u32)>) {
-    let mut neighbours = vec![[HULL; 3]; mesh.late.len()];
+fn link(mesh: &BorderMesh) -> (Vec<[Twin; 3]>, Vec<(u32, u32)>) {
+    let mut neighbours = vec![[Twin::Hull; 3]; mesh.late.len()];
     let mut core_links = Vec::new();
-    let mut set = |side: u32, value: u64| {
+    let mut set = |side: u32, twin: Twin| {
         if let Some(side) = side.checked_sub(mesh.core_sides) {
-            neighbours[(side / 3) as usize][(side % 3) as usize] = value;
+            neighbours.as_flattened_mut()[side as usize] = twin;
         }
     };
     for pair in mesh.edges() {
         match pair {
             [one, other] => {
-                set(one.side, other.side.into());
-                set(other.side, one.side.into());
+                set(one.side, Twin::HalfEdge(HalfEdge(other.side)));
+                set(other.side, Twin::HalfEdge(HalfEdge(one.side)));
                 if one.side < mesh.core_sides {
                     core_links.push((one.side, other.side));
                 }
             }
             // Both ends belong to other tiles, and so does the triangle across, if there is one.
-            [one] if one.edge[0] >= mesh.vertices => set(one.side, ELSEWHERE),
+            [one] if one.edge[0] >= mesh.vertices => set(one.side, Twin::Elsewhere),
             // An end is ours, so a triangle across would be here: the side is on the hull.
             _ => debug_assert_eq!(pair.len(), 1),
         }

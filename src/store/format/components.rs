@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 
-use crate::mesh::NONE;
+/// No component yet.
+const NONE: u32 = u32::MAX;
 use crate::store::format::encode::CoreDraft;
 use crate::store::format::tile::Component;
 
@@ -34,7 +35,7 @@ pub(crate) fn joined(core: &CoreDraft) -> (Vec<u32>, u32) {
             let triangle = reached[left];
             let bits = core.constraints.get(triangle as usize).copied().unwrap_or(0);
             for (s, &twin) in core.neighbours[triangle as usize].iter().enumerate() {
-                let other = (twin / 3).min(count as u32);
+                let other = twin.triangle_or_more().min(count as u32);
                 let of_other = &mut of_triangles[other as usize];
                 let is_new = (*of_other == NONE) & (bits >> s & 1 == 0);
                 *of_other = if is_new { components } else { *of_other };

@@ -5,9 +5,9 @@ use flatbuffers::FlatBufferBuilder;
 use flatbuffers::Vector;
 use flatbuffers::WIPOffset;
 
-use crate::geometry::Point;
+use crate::geometry::{PackedHalfEdge, Point};
 use crate::io::Buffers;
-use crate::mesh::WALLS;
+use crate::mesh::{Twin, WALLS};
 use crate::store::format::edge_source::EdgeSource;
 use crate::store::format::generated::tile as schema;
 use crate::store::format::ids::{TileId, VertexId};
@@ -15,12 +15,12 @@ use crate::store::format::packed;
 use crate::store::format::packed::mark;
 use crate::store::format::tile::Component;
 
-/// Marks of the neighbours in a core.
-pub(crate) const NOT_IN_CORE: u64 = mark(0);
-/// Marks of the neighbours in a border.
-pub(crate) const HULL: u64 = mark(0);
-/// A neighbour without a vertex in the tile.
-pub(crate) const ELSEWHERE: u64 = mark(1);
+/// The mark of what a core lacks: a neighbour, or a triangle at a vertex.
+const NOT_IN_CORE: u64 = mark(0);
+/// The mark of a border's neighbours that are none: the edge is on the hull.
+const HULL: u64 = mark(0);
+/// The mark of a border's neighbours that have no vertex in the tile.
+const ELSEWHERE: u64 = mark(1);
 
 type PackedOffset<'b> = WIPOffset<schema::Packed<'b>>;
 type BitsOffset<'b> = WIPOffset<Vector<'b, u8>>;
@@ -36,8 +36,8 @@ pub(crate) struct CoreDraft {
     pub(crate) records: Vec<u64>,
     /// Corners of the triangles.
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// Sides across, or [`NONE`](crate::mesh::NONE).
-    pub(crate) neighbours: Vec<[u32; 3]>,
+    /// Their twins within the core.
+    pub(crate) neighbours: Vec<[PackedHalfEdge; 3]>,
     /// For each triangle a bit for each side that is a constraint, and from
     /// [`WALLS`] on one for each that is a wall; or nothing, if none is.
     pub(crate) constraints: Vec<u8>,
@@ -62,8 +62,8 @@ pub(crate) struct BorderDraft {
     pub(crate) foreign: Vec<(VertexId, Point)>,
     /// Corners: below `vertices` the tile's own, then foreign ones.
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// Sides across, numbered through core and border, or [`HULL`], or [`ELSEWHERE`].
-    pub(crate) neighbours: Vec<[u64; 3]>,
+    /// Their twins, numbered through core and border.
+    pub(crate) neighbours: Vec<[Twin; 3]>,
     /// Pairs (side of the core, side of the border) in order.
     pub(crate) core_links: Vec<(u32, u32)>,
     /// Pairs (vertex, side that starts there) in order.
@@ -107,10 +107,8 @@ impl CoreDraft {
         }
         let mut builder = FlatBufferBuilder::from_vec(buffers.zeroed(56 * self.points.len() + 1024));
         let vertex_sides = packed::write(&mut builder, vertex_sides.into_iter(), sides, 1);
-        let neighbours = self.neighbours.as_flattened().iter().map(|&side| match side {
-            crate::mesh::NONE => NOT_IN_CORE,
-            side => u64::from(side),
-        });
+        let neighbours = self.neighbours.as_flattened().iter();
+        let neighbours = neighbours.map(|twin| twin.get().map_or(NOT_IN_CORE, |twin| twin.0.into()));
         let neighbours = packed::write(&mut builder, neighbours, sides, 1);
         let corners = self.triangles.as_flattened().iter().map(|&v| u64::from(v));
         let triangles = packed::write(&mut builder, corners, vertices, 0);
@@ -181,7 +179,11 @@ impl BorderDraft {
         let vertex_sides = pairs(&self.vertex_sides).into_iter();
         let vertex_sides = packed::write(&mut builder, vertex_sides, sides.max(corners), 0);
         let core_links = packed::write(&mut builder, pairs(&self.core_links).into_iter(), sides, 0);
-        let neighbours = self.neighbours.as_flattened().iter().copied();
+        let neighbours = self.neighbours.as_flattened().iter().map(|twin| match twin {
+            Twin::HalfEdge(twin) => twin.0.into(),
+            Twin::Hull => HULL,
+            Twin::Elsewhere => ELSEWHERE,
+        });
         let neighbours = packed::write(&mut builder, neighbours, sides, 2);
         let triangles = self.triangles.as_flattened().iter().map(|&v| u64::from(v));
         let triangles = packed::write(&mut builder, triangles, corners, 0);

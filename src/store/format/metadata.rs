@@ -42,6 +42,11 @@ impl LineSource {
     }
 }
 
+/// The name of this program, as files that it writes have it.
+pub(crate) fn this_program() -> String {
+    concat!("delaunay-tiles ", env!("CARGO_PKG_VERSION")).to_owned()
+}
+
 /// What is known of the whole file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Metadata {
@@ -112,7 +117,7 @@ impl Default for Metadata {
             bounds: Rect::EMPTY,
             sources: Vec::new(),
             crs: None,
-            producer: concat!("delaunay-tiles ", env!("CARGO_PKG_VERSION")).to_owned(),
+            producer: this_program(),
             regions: 0,
             spanning_regions: 0,
             hole_regions: 0,

@@ -1,5 +1,6 @@
 //! A tile in memory: its two FlatBuffers, checked once, read in place.
 
+mod edges;
 mod notes;
 mod open;
 mod regions;
@@ -7,6 +8,7 @@ mod sides;
 mod sites;
 #[cfg(test)]
 mod tests;
+mod topology;
 
 use std::fmt;
 use std::sync::Arc;
@@ -15,21 +17,17 @@ use bytes::Bytes;
 
 use crate::geometry::{HalfEdge, Point};
 use crate::io::memory_of;
-use crate::mesh::{Embedded, Topology, Twin, next_side};
-use crate::store::format::edge_source::EdgeSource;
 use crate::store::format::ids::{TileId, VertexId};
-use crate::store::format::packed::{Packed, partition_point};
-pub(crate) use notes::Marks;
-pub(crate) use notes::Noted;
-pub(crate) use notes::NotedSide;
-pub(crate) use notes::NotedSides;
+use crate::store::format::packed::Packed;
+pub use edges::TileEdge;
 use notes::Notes;
+pub(crate) use notes::{Marks, Noted, NotedSide, NotedSides};
 pub(crate) use regions::Component;
 use regions::Regions;
-use sides::SideBits;
-use sides::Sources;
+use sides::{SideBits, Sources};
 pub use sites::Site;
 use sites::Sites;
+pub use topology::Across;
 
 /// A vertex: its number, and where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,22 +39,9 @@ pub struct Vertex {
     pub point: Point,
 }
 
-/// What lies on the other side of a triangle's side.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Across {
-    /// This side of another triangle of the same tile, which runs the other way.
-    Side(u32),
-    /// A triangle that no vertex of this tile is a corner of: the tiles of the side's vertices have it, unless it is the
-    /// hull.
-    Elsewhere,
-    /// Nothing: the side is on the hull.
-    Hull,
-}
-
 /// A tile in memory. Clones share its bytes.
 ///
-/// Triangles are numbered from 0, first those of the core, then those of the border, and so are their sides: side `3t + s`
-/// of triangle `t` runs counter-clockwise from its corner `s`. Corners are numbered from 0 within the tile, first the
+/// Triangles are numbered from 0, first those of the core, then those of the border, and so are their half-edges. Corners are numbered from 0 within the tile, first the
 /// tile's own vertices, then those of other tiles. All numbers that a tile hands out are within range, whatever its
 /// bytes were; arguments out of range panic.
 #[derive(Clone)]
@@ -151,12 +136,17 @@ impl Tile {
         size_of::<Self>() + memory_of(of_file) + noted
     }
 
-    /// Where a vertex of the tile is.
+    /// Where a corner is: a vertex of the tile, or of another one.
     #[inline]
     #[must_use]
-    pub fn point(&self, vertex: u32) -> Point {
-        assert!(vertex < self.vertex_count(), "tile {} has no vertex {vertex}", self.id);
-        self.corner_point(vertex as usize)
+    pub fn point(&self, corner: u32) -> Point {
+        let (corner, vertices) = (corner as usize, self.records.len());
+        let (bytes, at) = if corner < vertices {
+            (&self.coordinates, 16 * corner)
+        } else {
+            (&self.foreign, FOREIGN * (corner - vertices))
+        };
+        Point::new(f64_at(bytes, at), f64_at(bytes, at + 8))
     }
 
     /// All vertices of the tile.
@@ -176,22 +166,11 @@ impl Tile {
         self.first_record + self.records.get(vertex as usize)
     }
 
-    /// Where a corner is: a vertex of the tile, or of another one.
-    #[inline]
-    fn corner_point(&self, corner: usize) -> Point {
-        let vertices = self.records.len();
-        let (bytes, at) = if corner < vertices {
-            (&self.coordinates, 16 * corner)
-        } else {
-            (&self.foreign, FOREIGN * (corner - vertices))
-        };
-        Point::new(f64_at(bytes, at), f64_at(bytes, at + 8))
-    }
-
-    /// Where a corner is: a vertex of the tile, or of another one.
+    /// Where a corner is.
+    // Until its last user calls `point`.
     #[inline]
     pub(crate) fn corner(&self, corner: u32) -> Point {
-        self.corner_point(corner as usize)
+        self.point(corner)
     }
 
     /// The vertex behind a corner.
@@ -211,7 +190,7 @@ impl Tile {
         };
         Vertex {
             id,
-            point: self.corner_point(corner as usize),
+            point: self.point(corner),
         }
     }
 
@@ -219,18 +198,7 @@ impl Tile {
     #[inline]
     #[must_use]
     pub fn corners(&self, triangle: u32) -> [u32; 3] {
-        [0, 1, 2].map(|s| self.origin(3 * triangle + s))
-    }
-
-    /// The corner that a side starts at.
-    #[inline]
-    #[must_use]
-    pub fn origin(&self, side: u32) -> u32 {
-        let side = side as usize;
-        match side.checked_sub(self.triangles.len()) {
-            None => self.triangles.get(side) as u32,
-            Some(side) => self.border_triangles.get(side) as u32,
-        }
+        HalfEdge::of_triangle(triangle).map(|half_edge| self.origin(half_edge))
     }
 
     /// The vertices of a triangle, counter-clockwise.
@@ -243,7 +211,7 @@ impl Tile {
     #[inline]
     #[must_use]
     pub fn triangle_points(&self, triangle: u32) -> [Point; 3] {
-        self.corners(triangle).map(|corner| self.corner_point(corner as usize))
+        self.corners(triangle).map(|corner| self.point(corner))
     }
 
     /// Whether a triangle belongs to this tile: in a scan over all tiles each triangle belongs to exactly one.
@@ -254,91 +222,13 @@ impl Tile {
         }
         self.corners(triangle)
             .into_iter()
-            .min_by(|&a, &b| self.corner_point(a as usize).lex_cmp(self.corner_point(b as usize)))
+            .min_by(|&a, &b| self.point(a).lex_cmp(self.point(b)))
             .is_some_and(|smallest| smallest < self.vertex_count())
     }
 
     /// The triangles that belong to this tile.
     pub fn owned_triangles(&self) -> impl Iterator<Item = u32> {
         (0..self.triangle_count()).filter(|&triangle| self.owns(triangle))
-    }
-
-    /// What lies across a side.
-    #[must_use]
-    pub fn across(&self, side: u32) -> Across {
-        let side = side as usize;
-        if let Some(side) = side.checked_sub(self.triangles.len()) {
-            let value = self.border_neighbours.get(side);
-            return match self.border_neighbours.largest() - value {
-                0 => Across::Hull,
-                1 => Across::Elsewhere,
-                _ => Across::Side(value as u32),
-            };
-        }
-        let value = self.neighbours.get(side);
-        if value != self.neighbours.largest() {
-            return Across::Side(value as u32);
-        }
-        find(&self.core_links, side as u64).map_or(Across::Hull, Across::Side)
-    }
-
-    /// Whether a side is on a constraint.
-    #[must_use]
-    pub fn is_constraint(&self, side: u32) -> bool {
-        if side < self.edge_count() {
-            return true;
-        }
-        let (bits, side) = self.side_bits(side);
-        bits.is_constraint(side)
-    }
-
-    /// Whether a side is on a wall: a constraint that blocks the way.
-    #[must_use]
-    pub fn is_wall(&self, side: u32) -> bool {
-        if side < self.edge_count() {
-            return self.edge_sources(side).any(EdgeSource::is_wall);
-        }
-        let (bits, side) = self.side_bits(side);
-        bits.is_wall(side)
-    }
-
-    /// The bits of the core or of the border, and the place of a side in them.
-    fn side_bits(&self, side: u32) -> (&SideBits, usize) {
-        assert!(side < 3 * self.triangle_count(), "tile {} has no side {side}", self.id);
-        let side = side as usize;
-        match side.checked_sub(self.triangles.len()) {
-            None => (&self.side_bits[0], side),
-            Some(side) => (&self.side_bits[1], side),
-        }
-    }
-
-    /// Why the edge of a side is a constraint: the lines along it, as seen in the direction of the side.
-    ///
-    /// None if it is no constraint, or belongs to another tile: to that of its lexicographically smaller end.
-    pub fn edge_sources(&self, side: u32) -> impl Iterator<Item = EdgeSource> {
-        let across = match side < self.edge_count() {
-            true => Across::Hull,
-            false => self.across(side),
-        };
-        let other = match across {
-            Across::Side(other) => other,
-            Across::Elsewhere | Across::Hull => side,
-        };
-        let in_core = matches!(across, Across::Side(_)) && side.max(other) < 3 * self.core_triangle_count();
-        let entered = side.min(other);
-        let sources = self.sources[usize::from(!in_core)].as_ref();
-        let sources = sources.into_iter().flat_map(move |sources| sources.of(entered));
-        sources.map(move |source| if side == entered { source } else { source.reversed() })
-    }
-
-    /// How many constraint edges the tile has in place of sides: some only in a file without triangles.
-    pub(crate) fn edge_count(&self) -> u32 {
-        self.edges.as_ref().map_or(0, |edges| edges.len() as u32 / 2)
-    }
-
-    /// How many edges the tile has sources for.
-    pub(crate) fn edges_with_sources(&self) -> usize {
-        self.sources.iter().flatten().map(Sources::edge_count).sum()
     }
 
     /// The number of the region that a triangle belongs to: what is connected without passing a constraint. 0 in files
@@ -412,82 +302,6 @@ impl Tile {
         assert!(vertex < self.vertex_count(), "tile {} has no vertex {vertex}", self.id);
         self.sites.as_ref().is_some_and(|sites| sites.is_site(vertex))
     }
-
-    /// The sides of the tile that are on constraint edges which belong to it, one for each. In a file without triangles numbers
-    /// from 0 stand for the edges themselves, and [`ends`](Self::ends), [`edge_sources`](Self::edge_sources) and
-    /// [`is_wall`](Self::is_wall) take them too.
-    pub fn owned_constraints(&self) -> impl Iterator<Item = u32> {
-        let is_first = |side: u32| match self.across(side) {
-            Across::Side(other) => side < other,
-            Across::Hull => true,
-            // Both ends are other tiles'.
-            Across::Elsewhere => false,
-        };
-        let owned = self.constraint_sides().filter(move |&side| {
-            is_first(side) && {
-                let [from, to] = self.ends(side);
-                let smallest = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
-                smallest.id.tile == self.id
-            }
-        });
-        owned.chain(0..self.edge_count())
-    }
-
-    /// All sides that are on constraints.
-    pub(crate) fn constraint_sides(&self) -> impl Iterator<Item = u32> {
-        let any = self.side_bits.iter().any(SideBits::any);
-        let sides = 0..if any { 3 * self.triangle_count() } else { 0 };
-        sides.filter(|&side| self.is_constraint(side))
-    }
-
-    /// The vertices of a side.
-    #[must_use]
-    pub fn ends(&self, side: u32) -> [Vertex; 2] {
-        if let Some(edges) = &self.edges {
-            let first = 2 * side as usize;
-            return [first, first + 1].map(|place| self.vertex(edges.get(place) as u32));
-        }
-        [side, next_side(side)].map(|side| self.vertex(self.origin(side)))
-    }
-
-    /// A side that starts at a vertex of the tile, if it has any triangles.
-    #[must_use]
-    pub fn side_leaving(&self, vertex: u32) -> Option<u32> {
-        let side = self.vertex_sides.get(vertex as usize);
-        if side != self.vertex_sides.largest() {
-            return Some(side as u32);
-        }
-        find(&self.border_vertex_sides, vertex.into())
-    }
-}
-
-impl Topology for Tile {
-    #[inline]
-    fn triangle_count(&self) -> u32 {
-        Self::triangle_count(self)
-    }
-
-    #[inline]
-    fn origin(&self, half_edge: HalfEdge) -> u32 {
-        Self::origin(self, half_edge.0)
-    }
-
-    #[inline]
-    fn twin(&self, half_edge: HalfEdge) -> Twin {
-        match self.across(half_edge.0) {
-            Across::Side(twin) => Twin::HalfEdge(HalfEdge(twin)),
-            Across::Hull => Twin::Hull,
-            Across::Elsewhere => Twin::Elsewhere,
-        }
-    }
-}
-
-/// Vertices are corners: those of other tiles have numbers too.
-impl Embedded for Tile {
-    #[inline]
-    fn point(&self, corner: u32) -> Point {
-        self.corner(corner)
-    }
 }
 
 impl fmt::Debug for Tile {
@@ -498,13 +312,6 @@ impl fmt::Debug for Tile {
             .field("triangles", &self.triangle_count())
             .finish_non_exhaustive()
     }
-}
-
-/// Looks up a key in sorted pairs.
-fn find(pairs: &Packed, key: u64) -> Option<u32> {
-    let place = partition_point(pairs.len() / 2, |place| pairs.get(2 * place) < key);
-    let found = place < pairs.len() / 2 && pairs.get(2 * place) == key;
-    found.then(|| pairs.get(2 * place + 1) as u32)
 }
 
 fn f64_at(bytes: &[u8], at: usize) -> f64 {

@@ -1,7 +1,7 @@
 //! What verifying finds wrong, and what it says when it finds nothing.
 
 use crate::geometry::Point;
-use crate::store::{EdgeSource, ReadError, TileId};
+use crate::store::{EdgeSource, ReadError, TileEdge, TileId};
 
 /// What is wrong with a tile.
 #[derive(Clone, Debug)]
@@ -23,6 +23,14 @@ impl Fault {
         Self {
             triangle: Some(triangle),
             reason: reason.into(),
+        }
+    }
+
+    /// It is the fault of an edge.
+    pub(super) fn on(edge: TileEdge, reason: impl Into<String>) -> Self {
+        match edge {
+            TileEdge::HalfEdge(half_edge) => Self::at(half_edge.triangle(), reason),
+            TileEdge::OnLine(_) => Self::new(reason),
         }
     }
 

@@ -333,9 +333,9 @@ fn change([from, to]: [Point; 2]) -> Sum {
 fn entries(tile: &Tile) -> impl Iterator<Item = Entry> {
     let mut number = 0;
     tile.owned_constraints()
-        .flat_map(move |side| {
-            let ends = tile.ends(side).map(|vertex| vertex.point);
-            let mut sources = tile.edge_sources(side).peekable();
+        .flat_map(move |edge| {
+            let ends = tile.ends(edge).map(|vertex| vertex.point);
+            let mut sources = tile.edge_sources(edge).peekable();
             // The same ones are neighbours.
             std::iter::from_fn(move || {
                 let source = sources.next()?;
@@ -361,13 +361,13 @@ fn entries(tile: &Tile) -> impl Iterator<Item = Entry> {
 /// How many entries a tile has, copies counted.
 pub(super) fn count(tile: &Tile) -> Result<u32, Fault> {
     let mut edges = 0;
-    for side in tile.owned_constraints() {
-        let [from, to] = tile.ends(side).map(|vertex| vertex.point);
+    for edge in tile.owned_constraints() {
+        let [from, to] = tile.ends(edge).map(|vertex| vertex.point);
         if from == to {
-            return Err(Fault::at(side / 3, "one of its edges has no length"));
+            return Err(Fault::on(edge, "one of its edges has no length"));
         }
-        if tile.edge_sources(side).next().is_none() {
-            return Err(Fault::at(side / 3, "one of its edges is a constraint without a source"));
+        if tile.edge_sources(edge).next().is_none() {
+            return Err(Fault::on(edge, "one of its edges is a constraint without a source"));
         }
         edges += 1;
     }

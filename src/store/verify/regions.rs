@@ -12,9 +12,9 @@
 use xxhash_rust::xxh3::xxh3_128;
 
 use super::error::Fault;
-use crate::geometry::{Orientation, Point, Rect, orient2d};
-use crate::mesh::next_side;
-use crate::store::{Across, Component, LineSource, Metadata, Tile};
+use crate::geometry::{HalfEdge, Orientation, Point, Rect, orient2d};
+use crate::mesh::{Topology, Twin};
+use crate::store::{Component, LineSource, Metadata, Tile};
 
 /// Bytes that the check takes for each vertex of its tile, if every triangle is a region.
 pub(super) const BYTES_PER_VERTEX: u64 = 3 * size_of::<Region>() as u64;
@@ -140,7 +140,7 @@ pub(super) fn check(tile: &Tile, claims: &Claims, bounds: Rect) -> Result<Report
         let component = &mut components[tile.component_number(triangle) as usize];
         component.marks.add(Marks::SEEN);
         check_number(tile, triangle, component.number, claims)?;
-        for side in 3 * triangle..3 * triangle + 3 {
+        for side in HalfEdge::of_triangle(triangle) {
             match check_side(tile, side, claims)? {
                 Side::Open => component.marks.add(Marks::OPEN),
                 Side::WithSources => edges_with_sources += 1,
@@ -181,7 +181,7 @@ pub(super) fn check(tile: &Tile, claims: &Claims, bounds: Rect) -> Result<Report
 /// A file that knows no regions has nothing that belongs to them.
 pub(super) fn check_none(tile: &Tile) -> Result<(), Fault> {
     let has_labels = tile.component_count() != 1 || tile.component_at(0) != Component::default();
-    let has_walls = (0..3 * tile.triangle_count()).any(|side| tile.is_wall(side));
+    let has_walls = tile.half_edges().any(|side| tile.is_wall(side));
     // Without triangles there are edges, but no regions.
     let has_sources = tile.edges_with_sources() > 0 && tile.triangle_count() > 0;
     if has_labels || has_walls || has_sources {
@@ -223,14 +223,18 @@ enum Side {
 }
 
 /// Checks an edge that has both its triangles in the tile, or is on the hull; once.
-fn check_side(tile: &Tile, side: u32, claims: &Claims) -> Result<Side, Fault> {
-    let (triangle, here) = (side / 3, tile.component(side / 3));
-    let (there, beyond) = match tile.across(side) {
-        Across::Side(other) if side < other => (tile.component(other / 3), format!("triangle {}", other / 3)),
-        Across::Side(_) | Across::Elsewhere => return Ok(Side::Other),
-        Across::Hull => (Component::default(), "the plane outside".to_owned()),
+fn check_side(tile: &Tile, side: HalfEdge, claims: &Claims) -> Result<Side, Fault> {
+    let (triangle, here) = (side.triangle(), tile.component(side.triangle()));
+    let twin = tile.twin(side);
+    let (there, beyond) = match twin {
+        Twin::HalfEdge(twin) if side < twin => {
+            let other = twin.triangle();
+            (tile.component(other), format!("triangle {other}"))
+        }
+        Twin::HalfEdge(_) | Twin::Elsewhere => return Ok(Side::Other),
+        Twin::Hull => (Component::default(), "the plane outside".to_owned()),
     };
-    let is_hull = tile.across(side) == Across::Hull;
+    let is_hull = twin == Twin::Hull;
     let change = i64::from(here.depth) - i64::from(there.depth);
     if !tile.is_constraint(side) {
         if here != there && !is_hull || change != 0 {
@@ -291,13 +295,16 @@ fn mark_seeds(tile: &Tile, claims: &Claims, bounds: Rect, components: &mut [Regi
 fn mark_of(tile: &Tile, triangle: u32, corners: [Point; 3], seed: Point) -> Option<Marks> {
     let mut on_edges = 0;
     let mut on_constraint = false;
-    for side in 0..3 {
-        let (from, to) = (corners[side as usize], corners[next_side(side) as usize]);
+    let [a, b, c] = corners;
+    for (side, [from, to]) in HalfEdge::of_triangle(triangle)
+        .into_iter()
+        .zip([[a, b], [b, c], [c, a]])
+    {
         match orient2d(from, to, seed) {
             Orientation::CounterClockwise => {}
             Orientation::Collinear => {
                 on_edges += 1;
-                on_constraint |= tile.is_constraint(3 * triangle + side);
+                on_constraint |= tile.is_constraint(side);
             }
             Orientation::Clockwise => return None,
         }

@@ -6,9 +6,9 @@ use xxhash_rust::xxh3::xxh3_128;
 
 use super::error::Fault;
 use super::{regions, star};
-use crate::geometry::{Orientation, Rect, in_circle, orient2d};
-use crate::mesh::{next_side, prev_side};
-use crate::store::{Across, Component, Tile, TileId};
+use crate::geometry::{HalfEdge, Orientation, Rect, in_circle, orient2d};
+use crate::mesh::{Topology, Twin};
+use crate::store::{Component, Tile, TileId};
 
 /// Bytes that a check takes for each vertex of its tile: the places, in a table that is at least 7/16 full, and the fans.
 pub(super) const BYTES_PER_VERTEX: u64 = 52;
@@ -124,32 +124,29 @@ fn check_triangle(tile: &Tile, triangle: u32) -> Result<(), Fault> {
     if orient2d(a, b, c) != Orientation::CounterClockwise {
         return Err(Fault::at(triangle, "it is not counter-clockwise"));
     }
-    for side in 3 * triangle..3 * triangle + 3 {
-        let ends = [side, next_side(side)].map(|s| tile.origin(s));
+    for side in HalfEdge::of_triangle(triangle) {
+        let ends = [tile.origin(side), tile.destination(side)];
         let foreign = ends.iter().all(|&corner| corner >= tile.vertex_count());
-        match tile.across(side) {
-            Across::Side(other) => {
-                let there = [next_side(other), other].map(|s| tile.origin(s));
-                if tile.across(other) != Across::Side(side) || there != ends {
+        match tile.twin(side) {
+            Twin::HalfEdge(twin) => {
+                let (there, other) = ([tile.destination(twin), tile.origin(twin)], twin.triangle());
+                if tile.twin(twin) != Twin::HalfEdge(side) || there != ends {
                     return Err(Fault::at(
                         triangle,
-                        format!("it and triangle {} disagree on their edge", other / 3),
+                        format!("it and triangle {other} disagree on their edge"),
                     ));
                 }
-                let what = |side| (tile.is_constraint(side), tile.is_wall(side));
-                if what(side) != what(other) {
+                let what = |side: HalfEdge| (tile.is_constraint(side), tile.is_wall(side));
+                if what(side) != what(twin) {
                     return Err(Fault::at(
                         triangle,
-                        format!(
-                            "it and triangle {} disagree on whether their edge is a constraint, or a wall",
-                            other / 3
-                        ),
+                        format!("it and triangle {other} disagree on whether their edge is a constraint, or a wall"),
                     ));
                 }
             }
-            Across::Elsewhere if foreign => {}
-            Across::Hull if !foreign => {}
-            Across::Elsewhere | Across::Hull => {
+            Twin::Elsewhere if foreign => {}
+            Twin::Hull if !foreign => {}
+            Twin::Elsewhere | Twin::Hull => {
                 return Err(Fault::at(triangle, "it has no neighbour where there must be one"));
             }
         }
@@ -160,23 +157,23 @@ fn check_triangle(tile: &Tile, triangle: u32) -> Result<(), Fault> {
 /// The circle of each edge with both its triangles in the tile is empty, unless it is a constraint. Returns how many belong to the tile.
 fn check_circles(tile: &Tile) -> Result<u64, Fault> {
     let mut edges = 0;
-    for side in 0..3 * tile.triangle_count() {
-        let [from, to] = [side, next_side(side)].map(|s| tile.vertex(tile.origin(s)));
+    for side in tile.half_edges() {
+        let [from, to] = tile.ends(side);
         let first = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
         let mine = first.id.tile == tile.id();
-        match tile.across(side) {
-            Across::Side(other) if side < other && tile.is_constraint(side) => edges += u64::from(mine),
-            Across::Side(other) if side < other => {
-                let opposite = tile.vertex(tile.origin(prev_side(other))).point;
-                let [a, b, c] = tile.triangle_points(side / 3);
+        match tile.twin(side) {
+            Twin::HalfEdge(twin) if side < twin && tile.is_constraint(side) => edges += u64::from(mine),
+            Twin::HalfEdge(twin) if side < twin => {
+                let opposite = tile.point(tile.apex(twin));
+                let [a, b, c] = tile.triangle_points(side.triangle());
                 if in_circle(a, b, c, opposite) {
-                    let reason = format!("its circle holds the far corner of triangle {}", other / 3);
-                    return Err(Fault::at(side / 3, reason));
+                    let reason = format!("its circle holds the far corner of triangle {}", twin.triangle());
+                    return Err(Fault::at(side.triangle(), reason));
                 }
                 edges += u64::from(mine);
             }
-            Across::Hull => edges += u64::from(mine),
-            Across::Side(_) | Across::Elsewhere => {}
+            Twin::Hull => edges += u64::from(mine),
+            Twin::HalfEdge(_) | Twin::Elsewhere => {}
         }
     }
     Ok(edges)
@@ -217,10 +214,8 @@ pub(super) fn hash(tile: &Tile, triangle: u32) -> u128 {
     let mut corners = tile.vertices(triangle);
     let smallest = (0..3).min_by_key(|&i| corners[i].id).unwrap_or(0);
     corners.rotate_left(smallest);
-    let mut sides = [0, 1, 2].map(|s| {
-        let side = 3 * triangle + s;
-        u64::from(tile.is_constraint(side)) | u64::from(tile.is_wall(side)) << 1
-    });
+    let mut sides = HalfEdge::of_triangle(triangle)
+        .map(|side| u64::from(tile.is_constraint(side)) | u64::from(tile.is_wall(side)) << 1);
     sides.rotate_left(smallest);
     let Component { region, depth, is_hole } = tile.component(triangle);
     let of_corners = corners.iter().zip(sides).flat_map(|(v, side)| {

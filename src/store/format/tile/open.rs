@@ -154,7 +154,7 @@ impl Tile {
         if all(&self.coordinates) && self.foreign.chunks_exact(FOREIGN).all(|vertex| all(&vertex[..16])) {
             return Ok(());
         }
-        let points = (0..self.corner_count()).map(|corner| self.corner_point(corner));
+        let points = (0..self.corner_count() as u32).map(|corner| self.point(corner));
         match points.zip(0..).find(|(p, _)| !is_stored(p.x) || !is_stored(p.y)) {
             Some((p, corner)) => Err(format!("corner {corner} is at ({}, {})", p.x, p.y)),
             None => Ok(()),

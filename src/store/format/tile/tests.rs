@@ -1,10 +1,12 @@
 //! What a tile tells of constraints, regions and sites is what its drafts said; drafts that contradict themselves are refused.
 
+use crate::geometry::PackedHalfEdge;
 use crate::io::Buffers;
+use crate::mesh::Twin;
 use crate::store::format::directory::verified;
 use crate::store::format::directory::{Extent, TileEntry};
-use crate::store::format::edge_source::LineKind;
-use crate::store::format::encode::{BorderDraft, CoreDraft, HULL};
+use crate::store::format::edge_source::{EdgeSource, LineKind};
+use crate::store::format::encode::{BorderDraft, CoreDraft};
 use crate::store::format::generated::tile as schema;
 use crate::store::format::tile::*;
 
@@ -19,12 +21,12 @@ use crate::store::format::tile::*;
 /// ```
 fn drafts() -> (CoreDraft, BorderDraft) {
     let points = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
-    let none = crate::mesh::NONE;
+    const NONE: PackedHalfEdge = PackedHalfEdge::NONE;
     let core = CoreDraft {
         points: points.map(|(x, y)| Point::new(x, y)).to_vec(),
         records: vec![0, 1, 2, 3],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
-        neighbours: vec![[none, none, 3], [2, none, none]],
+        neighbours: vec![[NONE, NONE, HalfEdge(3).into()], [HalfEdge(2).into(), NONE, NONE]],
         ..CoreDraft::default()
     };
     let elsewhere = VertexId {
@@ -36,7 +38,7 @@ fn drafts() -> (CoreDraft, BorderDraft) {
         core_triangles: 2,
         foreign: vec![(elsewhere, Point::new(2.0, 0.5))],
         triangles: vec![[1, 4, 2]],
-        neighbours: vec![[HULL, HULL, 1]],
+        neighbours: vec![[Twin::Hull, Twin::Hull, Twin::HalfEdge(HalfEdge(1))]],
         core_links: vec![(1, 8)],
         ..BorderDraft::default()
     };

@@ -4,14 +4,14 @@ use std::collections::{HashMap, HashSet};
 
 use futures::stream::TryStreamExt;
 
-use crate::geometry::{Point, Rect};
+use crate::geometry::{HalfEdge, PackedHalfEdge, Point, Rect};
 use crate::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use crate::io::{Buffers, MemoryFile};
-use crate::mesh::NONE;
+use crate::mesh::{Topology, Twin};
 use crate::store::format::directory::Directory;
 use crate::store::verify::VerifyError;
 use crate::store::{
-    BorderDraft, Component, CoreDraft, ELSEWHERE, EdgeSource, HULL, OpenOptions, Tile, TileEntry, TileId, TileReader,
+    BorderDraft, Component, CoreDraft, EdgeSource, OpenOptions, Tile, TileEdge, TileEntry, TileId, TileReader,
     TileWriter, VertexId,
 };
 use crate::{BuildOptions, Builder, MissingZ};
@@ -73,9 +73,9 @@ impl ModelTile {
 
     fn of(tile: &Tile) -> Self {
         let all = || (0..tile.triangle_count()).map(|t| (t, smallest_first(tile.vertices(t).map(|v| v.id))));
-        let edge = |side: u32| tile.ends(side).map(|v| v.id);
-        let unordered = |side: u32| pair(edge(side)[0], edge(side)[1]);
-        let sides = || 0..3 * tile.triangle_count();
+        let edge = |side: TileEdge| tile.ends(side).map(|v| v.id);
+        let unordered = |side: TileEdge| pair(edge(side)[0], edge(side)[1]);
+        let sides = || tile.half_edges().map(TileEdge::HalfEdge);
         let sources = tile.owned_constraints().map(|side| {
             let is_forward = edge(side) == unordered(side);
             let seen = |source: EdgeSource| if is_forward { source } else { source.reversed() };
@@ -260,7 +260,10 @@ impl Model {
                 (sides.get(&(to, from)).copied(), from >= own && to >= own)
             });
             if first < core_sides {
-                core_neighbours.push(across.map(|(side, _)| side.filter(|&s| s < core_sides).unwrap_or(NONE)));
+                core_neighbours.push(across.map(|(side, _)| {
+                    let side = side.filter(|&s| s < core_sides).map(HalfEdge);
+                    PackedHalfEdge::from(side)
+                }));
                 for (s, (side, _)) in (0..).zip(across) {
                     core_links.extend(
                         side.filter(|&other| other >= core_sides)
@@ -269,9 +272,9 @@ impl Model {
                 }
             } else {
                 neighbours.push(across.map(|(side, foreign)| match side {
-                    Some(side) => side.into(),
-                    None if foreign => ELSEWHERE,
-                    None => HULL,
+                    Some(side) => Twin::HalfEdge(HalfEdge(side)),
+                    None if foreign => Twin::Elsewhere,
+                    None => Twin::Hull,
                 }));
             }
         }
