@@ -1,7 +1,7 @@
 //! Why a file could not be edited.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::constraints::error::ConstraintError;
@@ -9,7 +9,7 @@ use crate::constraints::polygons::check::InvertedPolygons;
 use crate::geometry::Point;
 use crate::memory::MemoryShortage;
 use crate::shown;
-use crate::store::{EdgeSource, ReadError};
+use crate::store::{EdgeSource, Failure, ReadError};
 
 /// Why a file could not be edited. It is as it was.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -17,7 +17,7 @@ use crate::store::{EdgeSource, ReadError};
 pub enum EditError {
     /// It cannot be read.
     #[error(transparent)]
-    Read(ReadError),
+    Read(#[from] ReadError),
     /// The system refused.
     #[error("{file}: cannot {what} it", file = shown::path(file))]
     Io {
@@ -109,4 +109,22 @@ pub enum EditError {
     /// A defect of the program.
     #[error("internal error: {0}")]
     Internal(String),
+}
+
+impl EditError {
+    pub(crate) fn io(file: &Path, what: &'static str, source: io::Error) -> Self {
+        Self::Io {
+            file: file.to_owned(),
+            what,
+            source: Arc::new(source),
+        }
+    }
+}
+
+impl Failure for EditError {
+    const CANCELLED: Self = Self::Cancelled;
+
+    fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cancelled)
+    }
 }

@@ -11,7 +11,7 @@ pub(crate) fn exchange(patch: &mut Patch, tiles: &mut Tiles) -> Result<(), EditE
     for share in &patch.shares {
         let id = share.tile;
         let replaced = tiles.change(id)?.replace(patch, share, &mut at);
-        let open = replaced.map_err(|reason| tiles.damaged(id, reason))?;
+        let open = replaced.map_err(|damage| tiles.damaged(id, damage))?;
         unlinked.extend(open.into_iter().map(|open| (id, open)));
         at.clear(share);
     }
@@ -23,11 +23,11 @@ pub(crate) fn exchange(patch: &mut Patch, tiles: &mut Tiles) -> Result<(), EditE
         let Some(side) = other.side_between(to, from) else {
             continue;
         };
-        let apex = other.from(crate::mesh::prev_side(side)).id;
+        let apex = other.from(side.prev()).id;
         drop(other);
         if apex.tile == id {
             let linked = tiles.change(id)?.link(open, apex);
-            linked.map_err(|reason| tiles.damaged(id, reason))?;
+            linked.map_err(|damage| tiles.damaged(id, damage))?;
         }
     }
     Ok(())

@@ -5,7 +5,8 @@
 
 use foldhash::{HashMap, HashMapExt};
 
-use crate::mesh::NONE;
+use crate::geometry::HalfEdge;
+use crate::mesh::Twin;
 use crate::store::{TileId, Vertex, VertexId};
 
 /// A patch: triangles on their way out and in. Side s of the triangle at place t is number 3 t + s, of old and of new ones.
@@ -28,9 +29,9 @@ pub(crate) struct Old {
     /// The bits of its sides.
     pub(crate) bits: u8,
     /// Its first side in a tile that has it. That number is good only until the tile leaves the cache.
-    pub(crate) found: (TileId, u32),
-    /// For each side the new side on the same edge, or [`NONE`] inside the patch.
-    pub(crate) follower: [u32; 3],
+    pub(crate) found: (TileId, HalfEdge),
+    /// For each side the new side on the same edge; none inside the patch.
+    pub(crate) follower: [Option<HalfEdge>; 3],
 }
 
 /// A triangle on its way in.
@@ -47,9 +48,9 @@ pub(crate) struct New {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Beside {
     /// This side of a new triangle.
-    New(u32),
+    New(HalfEdge),
     /// What lay across this side of an old one.
-    Old(u32),
+    Old(HalfEdge),
     /// The outside, where no old triangle had an edge.
     Hull,
 }
@@ -64,27 +65,45 @@ pub(crate) struct Share {
 /// Where a tile has the triangles of a patch.
 #[derive(Default)]
 pub(crate) struct Seats {
-    /// For each old triangle its first side, or [`NONE`], and what the tile says of the other side of its three.
-    pub(crate) old: Vec<u32>,
-    pub(crate) across: Vec<[u32; 3]>,
-    /// For each new one its first side, or [`NONE`].
-    pub(crate) new: Vec<u32>,
+    /// Where each old triangle is, or was.
+    pub(crate) old: Vec<Option<Seat>>,
+    /// The place of each new one.
+    pub(crate) new: Vec<Option<u32>>,
+}
+
+/// Where a tile has an old triangle.
+#[derive(Clone, Copy)]
+pub(crate) struct Seat {
+    /// Its first side.
+    pub(crate) first: HalfEdge,
+    /// What the tile says of the other side of its three.
+    pub(crate) twins: [Twin; 3],
 }
 
 impl Seats {
     fn prepare(&mut self, patch: &Patch) {
         self.old.clear();
-        self.old.resize(patch.old.len(), NONE);
-        self.across.clear();
-        self.across.resize(patch.old.len(), [NONE; 3]);
+        self.old.resize(patch.old.len(), None);
         self.new.clear();
-        self.new.resize(patch.new.len(), NONE);
+        self.new.resize(patch.new.len(), None);
     }
 
     /// Forgets the tile that it was for.
     pub(crate) fn clear(&mut self, share: &Share) {
-        share.old.iter().for_each(|&old| self.old[old as usize] = NONE);
-        share.new.iter().for_each(|&new| self.new[new as usize] = NONE);
+        share.old.iter().for_each(|&old| self.old[old as usize] = None);
+        share.new.iter().for_each(|&new| self.new[new as usize] = None);
+    }
+
+    /// What the tile says of the other side of an old half-edge of the patch, if it has its triangle.
+    pub(crate) fn beside_old(&self, old: HalfEdge) -> Option<Twin> {
+        let seat = self.old[old.triangle() as usize].as_ref()?;
+        Some(seat.twins[old.corner() as usize])
+    }
+
+    /// The tile's half-edge for a new one of the patch, if it has its triangle.
+    pub(crate) fn of_new(&self, new: HalfEdge) -> Option<HalfEdge> {
+        let place = self.new[new.triangle() as usize]?;
+        Some(HalfEdge::new(place, new.corner()))
     }
 }
 
@@ -99,13 +118,21 @@ impl Share {
 }
 
 impl Old {
-    pub(crate) fn new(corners: [u32; 3], bits: u8, found: (TileId, u32)) -> Self {
+    pub(crate) fn new(corners: [u32; 3], bits: u8, found: (TileId, HalfEdge)) -> Self {
         Self {
             corners,
             bits,
             found,
-            follower: [NONE; 3],
+            follower: [None; 3],
         }
+    }
+}
+
+impl New {
+    /// Says what lies across one of its sides, and sets bits of it, which are in the places of a first side.
+    pub(crate) fn set(&mut self, side: HalfEdge, across: Beside, bits: u8) {
+        self.across[side.corner() as usize] = across;
+        self.bits |= bits << side.corner();
     }
 }
 
@@ -141,10 +168,10 @@ impl Patch {
     }
 
     fn find_followers(&mut self) {
-        for (new, first) in self.new.iter().zip((0u32..).step_by(3)) {
-            for (across, side) in new.across.iter().zip(first..) {
+        for (new, number) in self.new.iter().zip(0..) {
+            for (across, side) in new.across.iter().zip(HalfEdge::of_triangle(number)) {
                 if let &Beside::Old(old) = across {
-                    self.old[(old / 3) as usize].follower[(old % 3) as usize] = side;
+                    self.old[old.triangle() as usize].follower[old.corner() as usize] = Some(side);
                 }
             }
         }

@@ -14,8 +14,11 @@ use crate::constraints::seeds::{HoleRules, Seeds};
 use crate::edit::error::EditError;
 use crate::edit::tile::EditTile;
 use crate::geometry::HalfEdge;
-use crate::mesh::{NONE, Twin, next_side};
+use crate::mesh::{Topology, Twin};
 use crate::store::{Component, EdgeSource, Metadata, Tile, TileId, VertexId};
+
+/// In place of a region's number: it had none.
+const NEW: u64 = u64::MAX;
 
 /// The parts of a tile: for each place of a triangle its part, and how many there are.
 pub(crate) struct Parts {
@@ -27,29 +30,29 @@ impl Parts {
     /// Finds them. They are numbered by their first triangles.
     pub(crate) fn of(tile: &EditTile) -> Self {
         let (order, _) = tile.in_order();
-        let mut sets = UnionFind::new(tile.places() as u32);
+        let places = tile.triangle_count();
+        let mut sets = UnionFind::new(places);
         for &place in &order {
-            for side in 3 * place..3 * place + 3 {
-                if let Twin::HalfEdge(HalfEdge(other)) = tile.across(side)
-                    && other < side
+            for side in HalfEdge::of_triangle(place) {
+                if let Twin::HalfEdge(twin) = tile.twin(side)
+                    && twin < side
                     && !tile.is_constraint(side)
                 {
-                    sets.union(place, other / 3);
+                    sets.union(place, twin.triangle());
                 }
             }
         }
         let mut this = Self {
-            of_places: vec![NONE; tile.places()],
+            // Of places without a triangle it says nothing.
+            of_places: vec![0; places as usize],
             count: 0,
         };
-        let mut of_sets = vec![NONE; tile.places()];
+        let mut of_sets = vec![None; places as usize];
         for &place in &order {
-            let set = sets.find(place) as usize;
-            if of_sets[set] == NONE {
-                of_sets[set] = this.count;
+            this.of_places[place as usize] = *of_sets[sets.find(place) as usize].get_or_insert_with(|| {
                 this.count += 1;
-            }
-            this.of_places[place as usize] = of_sets[set];
+                this.count - 1
+            });
         }
         this
     }
@@ -70,7 +73,7 @@ pub(crate) struct Joining {
     regions: UnionFind,
     depths: WeightedUnionFind,
     marks: Vec<Marks>,
-    /// The number that each part's region had.
+    /// The number that each part's region had, or [`NEW`].
     had: Vec<u64>,
     /// The first part of each tile.
     first: Vec<u32>,
@@ -119,7 +122,7 @@ impl Joining {
         self.regions.grow(parts.count);
         self.depths.grow(parts.count);
         self.marks.resize(end as usize, Marks::default());
-        self.had.resize(end as usize, u64::MAX);
+        self.had.resize(end as usize, NEW);
         let node = |place: u32| first + parts.of_places[place as usize];
         let (order, core_count) = tile.in_order();
         if let Some(before) = before {
@@ -134,8 +137,8 @@ impl Joining {
         }
         self.seed(tile, &order, node);
         for &place in &order {
-            for side in (3 * place..3 * place + 3).filter(|&side| tile.across(side) == Twin::Hull) {
-                if !tile.is_constraint(side) {
+            for side in HalfEdge::of_triangle(place) {
+                if tile.twin(side) == Twin::Hull && !tile.is_constraint(side) {
                     self.marks[node(place) as usize].reaches_hull = true;
                     // Where nothing parts them, the region is as deep as the outside.
                     self.deepen([node(place), 0], 0, None)?;
@@ -144,13 +147,11 @@ impl Joining {
         }
         for (side, sources) in tile.owned_constraints() {
             self.constraint_edges += 1;
-            let left = node(side / 3);
-            let right = match tile.across(side) {
-                Twin::HalfEdge(HalfEdge(other)) => node(other / 3),
-                Twin::Hull | Twin::Elsewhere => 0,
-            };
+            let left = node(side.triangle());
+            let twin = tile.twin(side).half_edge();
+            let right = twin.map_or(0, |twin| node(twin.triangle()));
             // They are as seen from the smaller corner.
-            let is_against = tile.origin(side) > tile.origin(next_side(side));
+            let is_against = tile.origin(side) > tile.destination(side);
             let change: i32 = sources.iter().map(|source| source.depth_change()).sum();
             self.deepen(
                 [left, right],
@@ -172,7 +173,7 @@ impl Joining {
 
     /// Joins the parts of several tiles that a triangle of theirs is of.
     fn join_across_tiles(&mut self, tile: &EditTile, place: u32, node: u32) {
-        let (corners, _) = tile.triangle(3 * place);
+        let (corners, _) = tile.triangle(HalfEdge::new(place, 0));
         let mut ids = corners.map(|vertex| vertex.id);
         if ids.iter().all(|id| id.tile == tile.id) {
             return;
@@ -199,7 +200,7 @@ impl Joining {
             return;
         }
         for &place in order {
-            let (corners, _) = tile.triangle(3 * place);
+            let (corners, _) = tile.triangle(HalfEdge::new(place, 0));
             if self.seeds.any_in(corners.map(|vertex| vertex.point)) {
                 self.marks[node(place) as usize].is_seeded = true;
             }
@@ -263,26 +264,28 @@ fn numbered(roots: &[u32], marks: &[Marks], had: &[u64], metadata: &Metadata) ->
     let spanning_now = roots.iter().filter(|&&root| marks[root as usize].is_spanning).count() as u64;
     let spanning = spanning_now.max(metadata.spanning_regions.min(count));
     let mut is_taken = vec![false; roots.len()];
-    let mut of_roots = vec![u64::MAX; roots.len()];
+    let mut of_roots = vec![None; roots.len()];
     for (&root, number) in roots.iter().zip(&mut of_roots) {
         let wanted = had[root as usize];
         let fits = wanted < count && (wanted < spanning || !marks[root as usize].is_spanning);
         if fits && !is_taken[wanted as usize] {
             is_taken[wanted as usize] = true;
-            *number = wanted;
+            *number = Some(wanted);
         }
     }
     // Those that span take what is free first; it must be among the first numbers, from which others may have to go.
     let mut low = 0;
     let mut displaced = Vec::new();
     let mut holder: HashMap<u64, usize> = HashMap::new();
-    for (place, &number) in of_roots.iter().enumerate() {
-        if number < spanning && !marks[roots[place] as usize].is_spanning {
+    for (place, number) in of_roots.iter().enumerate() {
+        if let Some(number) = number.filter(|number| *number < spanning)
+            && !marks[roots[place] as usize].is_spanning
+        {
             holder.insert(number, place);
         }
     }
     for place in 0..roots.len() {
-        if of_roots[place] != u64::MAX || !marks[roots[place] as usize].is_spanning {
+        if of_roots[place].is_some() || !marks[roots[place] as usize].is_spanning {
             continue;
         }
         while low < spanning && is_taken[low as usize] && !holder.contains_key(&low) {
@@ -292,17 +295,20 @@ fn numbered(roots: &[u32], marks: &[Marks], had: &[u64], metadata: &Metadata) ->
             displaced.push(other);
         }
         is_taken[low as usize] = true;
-        of_roots[place] = low;
+        of_roots[place] = Some(low);
         low += 1;
     }
     for &place in &displaced {
-        of_roots[place] = u64::MAX;
+        of_roots[place] = None;
     }
     let mut free = (0..count).filter(|&number| !is_taken[number as usize]);
-    for number in of_roots.iter_mut().filter(|number| **number == u64::MAX) {
-        *number = free.next().unwrap_or(u64::MAX);
+    let of_roots = of_roots
+        .into_iter()
+        .map(|number| number.or_else(|| free.next()).unwrap_or(NEW));
+    Numbers {
+        of_roots: of_roots.collect(),
+        spanning,
     }
-    Numbers { of_roots, spanning }
 }
 
 /// What is true of the regions of all triangles.

@@ -6,14 +6,15 @@
 
 use foldhash::{HashMap, HashMapExt};
 
+use crate::edit::damage::Damage;
 use crate::edit::error::EditError;
 use crate::edit::exchange::exchange;
 use crate::edit::patch::{Beside, New, Old, Patch};
 use crate::edit::tile::EditTile;
 use crate::edit::tile::hubs::MOST_AROUND;
-use crate::edit::tiles::Tiles;
+use crate::edit::tiles::{Pin, Tiles};
 use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
-use crate::mesh::{Cavity, NONE, Twin, WALLS, next_side, prev_side};
+use crate::mesh::{Cavity, Topology, WALLS};
 use crate::store::{EdgeSource, Vertex, VertexId};
 
 /// A part of a line between two vertices of the file, to become constraint edges.
@@ -29,6 +30,14 @@ enum Reached {
     Along(Vertex, Vec<[VertexId; 3]>),
     /// Through the triangles of the strip, to this vertex.
     Through(Vertex),
+}
+
+/// How a line leaves a vertex.
+enum Leaving {
+    /// Along the edge of this half-edge, to the next vertex.
+    Along(HalfEdge, Vertex),
+    /// Into the triangle of this half-edge, which starts at the vertex.
+    Into(HalfEdge),
 }
 
 /// Inserts pieces. Keeps its memory from one to the next.
@@ -56,12 +65,12 @@ type EdgeKey = [VertexId; 2];
 #[derive(Default)]
 struct Chain {
     vertices: Vec<u32>,
-    /// Between each vertex and the next, the side of the old triangle there.
-    sides: Vec<u32>,
+    /// Between each vertex and the next, the half-edge of the old triangle there.
+    sides: Vec<HalfEdge>,
 }
 
 impl Chain {
-    fn push(&mut self, vertex: u32, side: u32) {
+    fn push(&mut self, vertex: u32, side: HalfEdge) {
         self.vertices.push(vertex);
         self.sides.push(side);
     }
@@ -93,65 +102,71 @@ impl Inserting {
 
     /// Follows a line from a vertex to the next one on it, and collects what it crosses.
     fn follow(&mut self, tiles: &mut Tiles, from: Vertex, to: Point, piece: Piece) -> Result<Reached, EditError> {
-        let line = [from.point, to];
         let tile = tiles.get(from.id.tile)?;
-        let mut start = None;
-        for side in tile.around(from.id.index) {
-            self.looked_at += 1;
-            let [right, left] = [next_side(side), prev_side(side)].map(|side| tile.from(side));
-            let is_ahead = |p: Point| p.lex_cmp(from.point) == to.lex_cmp(from.point);
-            let turns = [right, left].map(|vertex| orient2d(from.point, vertex.point, to));
-            start = match turns {
-                [Orientation::Collinear, _] if is_ahead(right.point) => Some((side, Some((side, right)))),
-                [_, Orientation::Collinear] if is_ahead(left.point) => Some((side, Some((prev_side(side), left)))),
-                [Orientation::CounterClockwise, Orientation::Clockwise] => Some((side, None)),
-                _ => None,
-            };
-            if start.is_some() {
-                break;
+        match self.leave(&tile, from, to) {
+            Some(Leaving::Along(edge, next)) => {
+                let sides = [Some(edge), tile.twin(edge).half_edge()].into_iter().flatten();
+                let corners = |side| tile.triangle(side).0.map(|vertex| vertex.id);
+                Ok(Reached::Along(next, sides.map(corners).collect()))
             }
+            Some(Leaving::Into(side)) => self.cross(tiles, tile, side, [from.point, to], piece),
+            None => Err(tiles.damaged(from.id.tile, Damage::NoWay)),
         }
-        let Some((side, along)) = start else {
-            return Err(tiles.damaged(from.id.tile, "no triangle around a vertex is on the way of a line"));
-        };
-        if let Some((edge, next)) = along {
-            let sides = match tile.across(edge) {
-                Twin::HalfEdge(HalfEdge(other)) => vec![edge, other],
-                Twin::Hull | Twin::Elsewhere => vec![edge],
-            };
-            let corners = |side: u32| tile.triangle(side).0.map(|vertex| vertex.id);
-            return Ok(Reached::Along(next, sides.into_iter().map(corners).collect()));
-        }
+    }
+
+    /// How a line leaves a vertex, in a tile that has this.
+    fn leave(&mut self, tile: &EditTile, from: Vertex, to: Point) -> Option<Leaving> {
+        let is_ahead = |p: Point| p.lex_cmp(from.point) == to.lex_cmp(from.point);
+        tile.around(from.id.index).find_map(|side| {
+            self.looked_at += 1;
+            let [right, left] = [side.next(), side.prev()].map(|side| tile.from(side));
+            match [right, left].map(|vertex| orient2d(from.point, vertex.point, to)) {
+                [Orientation::Collinear, _] if is_ahead(right.point) => Some(Leaving::Along(side, right)),
+                [_, Orientation::Collinear] if is_ahead(left.point) => Some(Leaving::Along(side.prev(), left)),
+                [Orientation::CounterClockwise, Orientation::Clockwise] => Some(Leaving::Into(side)),
+                _ => None,
+            }
+        })
+    }
+
+    /// Follows a line through the triangle of a side that starts where it does, up to the next vertex on it.
+    fn cross(
+        &mut self,
+        tiles: &Tiles,
+        mut tile: Pin,
+        side: HalfEdge,
+        line: [Point; 2],
+        piece: Piece,
+    ) -> Result<Reached, EditError> {
         // The side by which the line leaves a triangle, and the numbers of its ends, the right one first.
-        let (mut gate, mut ends) = (next_side(side), self.begin(&tile, side));
-        let mut tile = tile;
+        let (mut gate, mut ends) = (side.next(), self.begin(&tile, side));
         loop {
             if tile.is_constraint(gate) {
-                let ends = [gate, next_side(gate)].map(|side| tile.from(side));
+                let ends = [gate, gate.next()].map(|side| tile.from(side));
                 return Err(crossed(tiles, line, ends, piece));
             }
             let id = tile.id;
             let Some((there, entered)) = tiles.over(tile, gate)? else {
-                return Err(tiles.damaged(id, "a line between two vertices leaves the triangulation"));
+                return Err(tiles.damaged(id, Damage::LineLeaves));
             };
             tile = there;
             self.looked_at += 1;
+            let triangle = self.strip.old.len() as u32;
             // A triangle takes more than a byte of the file.
-            if self.strip.old.len() as u64 > tiles.length() {
-                return Err(tiles.damaged(id, "a line goes in circles"));
+            if u64::from(triangle) > tiles.length() {
+                return Err(tiles.damaged(id, Damage::EndlessLine));
             }
-            let apex = tile.from(prev_side(entered));
+            let apex = tile.from(entered.prev());
             let number = self.push(&tile, entered, ends, apex);
-            let triangle = 3 * (self.strip.old.len() as u32 - 1);
-            let (right, left) = (triangle + 1, triangle + 2);
+            let [_, right, left] = HalfEdge::of_triangle(triangle);
             match orient2d(line[0], line[1], apex.point) {
                 Orientation::CounterClockwise => {
                     self.left.push(number, left);
-                    (gate, ends[1]) = (next_side(entered), number);
+                    (gate, ends[1]) = (entered.next(), number);
                 }
                 Orientation::Clockwise => {
                     self.right.push(number, right);
-                    (gate, ends[0]) = (prev_side(entered), number);
+                    (gate, ends[0]) = (entered.prev(), number);
                 }
                 Orientation::Collinear => {
                     self.left.push(number, left);
@@ -163,7 +178,7 @@ impl Inserting {
     }
 
     /// Begins a strip with the triangle of a side, which starts where the piece does. Returns the numbers of the other two corners.
-    fn begin(&mut self, tile: &EditTile, side: u32) -> [u32; 2] {
+    fn begin(&mut self, tile: &EditTile, side: HalfEdge) -> [u32; 2] {
         self.strip.clear();
         self.is_passed_twice = false;
         let (corners, bits) = tile.triangle(side);
@@ -171,7 +186,8 @@ impl Inserting {
         self.strip
             .old
             .push(Old::new([from, right, left], bits, (tile.id, side)));
-        for (chain, vertex, side) in [(&mut self.right, right, 0), (&mut self.left, left, 2)] {
+        let [on_right, _, on_left] = HalfEdge::of_triangle(0);
+        for (chain, vertex, side) in [(&mut self.right, right, on_right), (&mut self.left, left, on_left)] {
             chain.vertices.clear();
             chain.sides.clear();
             chain.vertices.push(from);
@@ -181,7 +197,7 @@ impl Inserting {
     }
 
     /// Adds the triangle that the piece enters by a side, between the numbers of its ends. Returns that of the apex.
-    fn push(&mut self, tile: &EditTile, entered: u32, [right, left]: [u32; 2], apex: Vertex) -> u32 {
+    fn push(&mut self, tile: &EditTile, entered: HalfEdge, [right, left]: [u32; 2], apex: Vertex) -> u32 {
         let (apex, is_new) = self.strip.number(apex);
         self.is_passed_twice |= !is_new;
         let bits = tile.bits_from(entered);
@@ -203,7 +219,7 @@ impl Inserting {
         // Both chains have their polygon on the left of the line between their ends.
         right.vertices.reverse();
         right.sides.reverse();
-        let mut on_piece = [0; 2];
+        let mut on_piece = [HalfEdge(0); 2];
         for (chain, on_piece) in [left, right].into_iter().zip(&mut on_piece) {
             let points = chain
                 .vertices
@@ -215,9 +231,7 @@ impl Inserting {
             *on_piece = fill(strip, chain, cavity, self.is_passed_twice);
         }
         for [side, twin] in [on_piece, [on_piece[1], on_piece[0]]] {
-            let triangle = &mut strip.new[(side / 3) as usize];
-            triangle.across[(side % 3) as usize] = Beside::New(twin);
-            triangle.bits |= constraint_bits(is_wall) << (side % 3);
+            strip.new[side.triangle() as usize].set(side, Beside::New(twin), constraint_bits(is_wall));
         }
         exchange(strip, tiles)
     }
@@ -239,7 +253,7 @@ impl Inserting {
             }
         };
         let noted = tiles.change(ends[0].tile)?.add_source(ends, source, times);
-        noted.ok_or_else(|| tiles.damaged(ends[0].tile, "an edge is missing that was just put there"))
+        noted.ok_or_else(|| tiles.damaged(ends[0].tile, Damage::MissingEdge))
     }
 }
 
@@ -252,15 +266,19 @@ fn is_shorter_from_end(tiles: &Tiles, [start, end]: [Vertex; 2]) -> Result<bool,
 }
 
 /// Puts the triangles of a cavity into the patch. Returns the side on the piece.
-fn fill(strip: &mut Patch, chain: &Chain, cavity: &Cavity, is_passed_twice: bool) -> u32 {
-    let first = 3 * strip.new.len() as u32;
-    for (corners, sides) in cavity.triangles.iter().zip((0u32..).step_by(3)) {
-        // A side without a twin is on the chain, which says below what lies there, or on the piece.
-        let across = |s: u32| Beside::New(cavity.twin(HalfEdge(sides + s)).map_or(NONE, |twin| first + twin.0));
+fn fill(strip: &mut Patch, chain: &Chain, cavity: &Cavity, is_passed_twice: bool) -> HalfEdge {
+    let first = strip.new.len() as u32;
+    let of_patch = |side: HalfEdge| HalfEdge::new(first + side.triangle(), side.corner());
+    for (corners, number) in cavity.triangles.iter().zip(0..) {
+        // A side without a twin is on the chain, or on the piece: what lies there comes later.
+        let across = |side| {
+            let twin = cavity.twin(side);
+            twin.map_or(Beside::Hull, |twin| Beside::New(of_patch(twin)))
+        };
         strip.new.push(New {
             corners: corners.map(|position| chain.vertices[position as usize]),
             bits: 0,
-            across: [0, 1, 2].map(across),
+            across: HalfEdge::of_triangle(number).map(across),
         });
     }
     // An edge between two triangles of the strip that the piece does not cross is passed twice: a constraint that dangles into the cavity,
@@ -271,15 +289,13 @@ fn fill(strip: &mut Patch, chain: &Chain, cavity: &Cavity, is_passed_twice: bool
         positions.extend(edges.map(|(&edge, position)| (edge, position)));
     }
     for (position, (&[from, to], &old)) in chain.vertices.array_windows().zip(&chain.sides).enumerate() {
-        let side = first + cavity.sides[position].0;
-        let twin = positions.get(&[to, from]).map(|&other| first + cavity.sides[other].0);
-        let replaced = &strip.old[(old / 3) as usize];
-        let bits = replaced.bits >> (old % 3) & constraint_bits(true);
-        let triangle = &mut strip.new[(side / 3) as usize];
-        triangle.across[(side % 3) as usize] = twin.map_or(Beside::Old(old), Beside::New);
-        triangle.bits |= bits << (side % 3);
+        let side = of_patch(cavity.sides[position]);
+        let twin = positions.get(&[to, from]).map(|&other| of_patch(cavity.sides[other]));
+        let bits = strip.old[old.triangle() as usize].bits >> old.corner() & constraint_bits(true);
+        let across = twin.map_or(Beside::Old(old), Beside::New);
+        strip.new[side.triangle() as usize].set(side, across, bits);
     }
-    first + cavity.sides[chain.sides.len()].0
+    of_patch(cavity.sides[chain.sides.len()])
 }
 
 /// The bits of a triangle's first side, if that is a constraint.
@@ -293,13 +309,9 @@ fn mark(tiles: &mut Tiles, triangles: &[[VertexId; 3]], is_wall: bool) -> Result
     for corners in triangles {
         let mut of_tiles = corners.map(|id| id.tile);
         of_tiles.sort_unstable();
-        for id in of_tiles
-            .into_iter()
-            .enumerate()
-            .filter(|&(i, id)| i == 0 || of_tiles[i - 1] != id)
-        {
-            if !tiles.change(id.1)?.fix(*corners, bits) {
-                return Err(tiles.damaged(id.1, "a triangle is missing that another tile has"));
+        for id in of_tiles.chunk_by(|a, b| a == b).map(|same| same[0]) {
+            if !tiles.change(id)?.fix(*corners, bits) {
+                return Err(tiles.damaged(id, Damage::MissingTriangle));
             }
         }
     }

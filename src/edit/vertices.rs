@@ -6,13 +6,14 @@
 
 use foldhash::{HashMap, HashSet};
 
+use crate::edit::damage::Damage;
 use crate::edit::error::EditError;
 use crate::edit::exchange::exchange;
 use crate::edit::patch::{Beside, New, Old, Patch};
 use crate::edit::tile::NewVertex;
 use crate::edit::tiles::{Pin, Tiles};
-use crate::geometry::{MortonSquare, Orientation, Point, Rect, in_circle, orient2d};
-use crate::mesh::{WALLS, next_side, prev_side};
+use crate::geometry::{HalfEdge, MortonSquare, Orientation, Point, Rect, in_circle, orient2d};
+use crate::mesh::{Embedded, EndlessWalk, Topology, WALLS};
 use crate::store::{MAX_TILE_VERTICES, TileId, Vertex, VertexId};
 
 /// Adds vertices to a tile, none of which is there yet.
@@ -35,7 +36,7 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
     }
     let first = tiles.change(id)?.add_vertices(&new, has_z);
     let Some(mut from) = near else {
-        return Err(tiles.damaged(id, "it has no vertices"));
+        return Err(tiles.damaged(id, Damage::NoVertices));
     };
     let mut adding = Adding::default();
     for (&NewVertex { point, line, .. }, index) in new.iter().zip(first..) {
@@ -53,27 +54,29 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
 }
 
 /// The triangle, open or closed, that a point lies in: one of its sides, in this tile. None: it lies outside the hull.
-fn locate(tiles: &Tiles, from: VertexId, to: Point) -> Result<Option<(Pin, u32)>, EditError> {
+///
+/// This is no [`Walk`](crate::mesh::Walk): the order of the triangles in the file follows the side by which the last one is entered,
+/// which a `Walk` does not tell.
+fn locate(tiles: &Tiles, from: VertexId, to: Point) -> Result<Option<(Pin, HalfEdge)>, EditError> {
     let mut tile = tiles.get(from.tile)?;
-    let Some(mut side) = tile.around(from.index).next() else {
-        return Err(tiles.damaged(from.tile, format!("vertex {} has no triangle", from.index)));
+    let Some(mut side) = tile.leaving(from.index) else {
+        return Err(tiles.damaged(from.tile, Damage::LoneVertex(from.index)));
     };
     // A walk may go in circles where constraints are, if it always looks at the sides in the same order.
     let mut steps = 4 * tiles.directory().metadata.triangles + 1000;
     loop {
         steps = match steps.checked_sub(1) {
             Some(steps) => steps,
-            None => return Err(tiles.damaged(tile.id, "a walk goes in circles")),
+            None => return Err(tiles.damaged(tile.id, EndlessWalk.into())),
         };
-        let turn = steps.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 62;
-        let sides = match turn {
-            0 => [side, next_side(side), prev_side(side)],
-            1 => [next_side(side), prev_side(side), side],
-            _ => [prev_side(side), side, next_side(side)],
+        let sides = match steps.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 62 {
+            0 => [side, side.next(), side.prev()],
+            1 => [side.next(), side.prev(), side],
+            _ => [side.prev(), side, side.next()],
         };
-        let is_beyond = |&side: &u32| {
-            let [from, to_end] = [side, next_side(side)].map(|side| tile.from(side).point);
-            orient2d(from, to_end, to) == Orientation::Clockwise
+        let is_beyond = |&side: &HalfEdge| {
+            let [start, end] = [tile.origin(side), tile.destination(side)].map(|corner| tile.point(corner));
+            orient2d(start, end, to) == Orientation::Clockwise
         };
         let Some(exit) = sides.into_iter().find(is_beyond) else {
             return Ok(Some((tile, side)));
@@ -96,12 +99,12 @@ struct Adding {
     on_hull: Option<[u32; 2]>,
 }
 
-/// An edge around a cavity, by numbers of the patch: its ends, the bits of a side, and the old side.
+/// An edge around a cavity, by numbers of the patch: its ends, the bits of a side, and the old half-edge.
 #[derive(Clone, Copy)]
 struct Around {
     ends: [u32; 2],
     bits: u8,
-    side: u32,
+    side: HalfEdge,
 }
 
 /// An edge that a vertex lies on: its ends, and the bits of a side.
@@ -109,7 +112,7 @@ type Parted = ([Vertex; 2], u8);
 
 impl Adding {
     /// Puts a vertex into the closed triangle of a side.
-    fn add(&mut self, tiles: &mut Tiles, vertex: Vertex, start: (Pin, u32)) -> Result<(), EditError> {
+    fn add(&mut self, tiles: &mut Tiles, vertex: Vertex, start: (Pin, HalfEdge)) -> Result<(), EditError> {
         let parted = self.dig(tiles, vertex.point, start)?;
         let on_constraint = parted.filter(|(_, bits)| bits & 1 == 1);
         let Self {
@@ -131,8 +134,7 @@ impl Adding {
                 && (before.is_some() || on_hull.is_some_and(|[_, end]| end == from))
                 && (after.is_some() || on_hull.is_some_and(|[end, _]| end == to));
             if !is_sound {
-                let reason = "triangles around a new vertex do not fit together";
-                return Err(tiles.damaged(vertex.id.tile, reason));
+                return Err(tiles.damaged(vertex.id.tile, Damage::UnfitCavity));
             }
             let bits_to = |end: u32, side: u8| match on_constraint {
                 Some((ends, bits)) if ends.iter().any(|parted| parted.id == cavity.vertices[end as usize].id) => {
@@ -140,7 +142,9 @@ impl Adding {
                 }
                 _ => 0,
             };
-            let beside = |next: Option<&u32>, side: u32| next.map_or(Beside::Hull, |next| Beside::New(3 * next + side));
+            let beside = |next: Option<&u32>, side: u32| {
+                next.map_or(Beside::Hull, |&next| Beside::New(HalfEdge::new(next, side)))
+            };
             cavity.new.push(New {
                 corners: [from, to, middle],
                 bits: bits | bits_to(to, 1) | bits_to(from, 2),
@@ -155,7 +159,7 @@ impl Adding {
     }
 
     /// Finds the cavity of a point, from the closed triangle of a side that it lies in; and the edge that it lies on, if there is one.
-    fn dig(&mut self, tiles: &Tiles, point: Point, (tile, side): (Pin, u32)) -> Result<Option<Parted>, EditError> {
+    fn dig(&mut self, tiles: &Tiles, point: Point, (tile, side): (Pin, HalfEdge)) -> Result<Option<Parted>, EditError> {
         self.cavity.clear();
         self.seen.clear();
         self.around.clear();
@@ -168,19 +172,19 @@ impl Adding {
         while let Some(ids) = open.pop() {
             let tile = tiles.get(ids[0].tile)?;
             let Some(first) = tile.side_of(ids) else {
-                return Err(tiles.damaged(ids[0].tile, "a triangle is missing that another tile has"));
+                return Err(tiles.damaged(ids[0].tile, Damage::MissingTriangle));
             };
             let (corners, bits) = tile.triangle(first);
             let numbers = corners.map(|corner| self.cavity.number(corner).0);
-            let old = 3 * self.cavity.old.len() as u32;
+            let old = self.cavity.old.len() as u32;
             self.cavity.old.push(Old::new(numbers, bits, (tile.id, first)));
-            for (s, side) in [first, next_side(first), prev_side(first)].into_iter().enumerate() {
+            for (s, side) in [first, first.next(), first.prev()].into_iter().enumerate() {
                 let ends = [corners[s], corners[(s + 1) % 3]];
                 let bits = bits >> s & (1 | 1 << WALLS);
                 let around = Around {
                     ends: [numbers[s], numbers[(s + 1) % 3]],
                     bits,
-                    side: old + s as u32,
+                    side: HalfEdge::new(old, s as u32),
                 };
                 let is_parted = orient2d(ends[0].point, ends[1].point, point) == Orientation::Collinear;
                 if is_parted {
@@ -228,14 +232,13 @@ fn part_sources(tiles: &mut Tiles, ends: [Vertex; 2], vertex: Vertex) -> Result<
         true => ends[0].id.tile,
         false => ends[1].id.tile,
     };
-    let absent = "a constraint knows no line that it comes from";
     let tile = owner(ends);
     let sources = tiles.change(tile)?.take_sources([a.id, b.id]);
-    let sources = sources.ok_or_else(|| tiles.damaged(tile, absent))?;
+    let sources = sources.ok_or_else(|| tiles.damaged(tile, Damage::NoSource))?;
     for part in [[a, vertex], [vertex, b]] {
         let tile = owner(part);
         let put = tiles.change(tile)?.give_sources(part.map(|end| end.id), &sources);
-        put.ok_or_else(|| tiles.damaged(tile, absent))?;
+        put.ok_or_else(|| tiles.damaged(tile, Damage::NoSource))?;
     }
     Ok(())
 }

@@ -33,20 +33,8 @@ pub(crate) use triangulation::smallest_first;
 pub use triangulation::{Mesh, Triangulation};
 pub use walk::{EndlessWalk, Walk, WalkEnd};
 
-use crate::geometry::HalfEdge;
-
 // Until their last users take `HalfEdge`.
 pub(crate) const NONE: u32 = u32::MAX;
-
-#[inline]
-pub(crate) const fn next_side(side: u32) -> u32 {
-    HalfEdge(side).next().0
-}
-
-#[inline]
-pub(crate) const fn prev_side(side: u32) -> u32 {
-    HalfEdge(side).prev().0
-}
 
 #[cfg(test)]
 mod tests;

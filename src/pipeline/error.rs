@@ -7,7 +7,7 @@ use crate::constraints::crossings::first::{Crossing, KEPT};
 use crate::constraints::error::ConstraintError;
 use crate::constraints::polygons::check::InvertedPolygons;
 use crate::constraints::without_z::VertexWithoutZ;
-use crate::edit::error::EditError;
+use crate::edit::EditError;
 use crate::geometry::Point;
 use crate::memory::{MemoryShortage, MemoryUse};
 use crate::shown;

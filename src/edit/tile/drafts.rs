@@ -3,9 +3,9 @@
 //! Triangles whose corners are all the tile's own are of the core, the others of the border. What was late when the tile was first
 //! written may so be of the core now.
 
-use crate::edit::tile::{BEYOND, EditTile, ON_HULL};
-use crate::geometry::{HalfEdge, PackedHalfEdge, Point, Rect};
-use crate::mesh::{NONE, Twin, next_side};
+use crate::edit::tile::EditTile;
+use crate::geometry::{HalfEdge, Point, Rect};
+use crate::mesh::{Topology, Twin};
 use crate::store::format::components::{components, of_core};
 use crate::store::{BorderDraft, Component, CoreDraft, TileEntry, VertexId};
 
@@ -19,97 +19,150 @@ pub(crate) struct Drafts {
     bounds: Rect,
 }
 
+/// What triangles and corners are numbered when a tile is written.
+struct Numbering {
+    /// The places of the triangles of the core, and those of the others.
+    of_core: Vec<u32>,
+    of_border: Vec<u32>,
+    /// The number of the triangle at each place that has one.
+    triangles: Vec<u32>,
+    /// The vertices of other tiles that are corners.
+    foreign: Vec<(VertexId, Point)>,
+    /// The number of each corner.
+    corners: Vec<u32>,
+}
+
+impl Numbering {
+    fn of(tile: &EditTile) -> Self {
+        let (mut of_core, core_count) = tile.in_order();
+        let mut triangles = vec![0; tile.triangles.len()];
+        for (&place, number) in of_core.iter().zip(0..) {
+            triangles[place as usize] = number;
+        }
+        let of_border = of_core.split_off(core_count);
+        let (foreign, corners) = tile.foreign_in_order(&of_border);
+        Self {
+            of_core,
+            of_border,
+            triangles,
+            foreign,
+            corners,
+        }
+    }
+
+    fn half_edge(&self, side: HalfEdge) -> HalfEdge {
+        HalfEdge::new(self.triangles[side.triangle() as usize], side.corner())
+    }
+
+    fn is_in_core(&self, number: HalfEdge) -> bool {
+        (number.triangle() as usize) < self.of_core.len()
+    }
+
+    /// The places of all triangles, in order.
+    fn places(&self) -> impl Iterator<Item = u32> {
+        self.of_core.iter().chain(&self.of_border).copied()
+    }
+}
+
 impl EditTile {
     /// The core and the border. `label` tells what is true of the region of the triangle at a place; without it the tile says nothing of
     /// regions.
     pub(crate) fn drafts(&self, label: Option<&dyn Fn(u32) -> Component>) -> Drafts {
-        let (order, core_count) = self.in_order();
-        let mut places = vec![NONE; self.triangles.len()];
-        for (&place, number) in order.iter().zip(0..) {
-            places[place as usize] = number;
-        }
-        let core_sides = 3 * core_count as u32;
-        let side_now = |side: u32| 3 * places[(side / 3) as usize] + side % 3;
-        let (of_core, of_border) = order.split_at(core_count);
-        let (foreign, corner_now) = self.foreign_in_order(of_border);
-        let corners = |&place: &u32| self.triangles[place as usize].map(|corner| corner_now[corner as usize]);
-        let across = |&place: &u32| self.across[place as usize];
-        let bits = |places: &[u32]| {
-            let bits: Vec<u8> = places.iter().map(|&place| self.bits[place as usize]).collect();
-            if bits.iter().all(|&bits| bits == 0) {
-                Vec::new()
-            } else {
-                bits
-            }
-        };
-        let in_core = |value: u32| match value {
-            ON_HULL | BEYOND => PackedHalfEdge::NONE,
-            side if side_now(side) < core_sides => HalfEdge(side_now(side)).into(),
-            _ => PackedHalfEdge::NONE,
-        };
-        let in_border = |value: u32| match value {
-            ON_HULL => Twin::Hull,
-            BEYOND => Twin::Elsewhere,
-            side => Twin::HalfEdge(HalfEdge(side_now(side))),
-        };
-        let linked = of_core
-            .iter()
-            .flat_map(|place| across(place).map(move |value| (value, *place)).into_iter().enumerate());
-        let core_links = linked.filter_map(|(s, (value, place))| {
-            let other = (value < BEYOND)
-                .then(|| side_now(value))
-                .filter(|&other| other >= core_sides)?;
-            Some((side_now(3 * place + s as u32), other))
-        });
-        let mut core_links: Vec<(u32, u32)> = core_links.collect();
-        core_links.sort_unstable();
-        let core = CoreDraft {
-            points: self.points.clone(),
-            z: self.z.clone(),
-            records: self.records.clone(),
-            triangles: of_core.iter().map(corners).collect(),
-            neighbours: of_core.iter().map(|place| across(place).map(in_core)).collect(),
-            constraints: bits(of_core),
-            sites: self.sites.clone(),
-            site_ids: self.site_ids.clone(),
-            // Below, once the rest is known.
-            components: Vec::new(),
-            edge_sources: Vec::new(),
-        };
-        let border = BorderDraft {
-            vertices: self.points.len() as u32,
-            core_triangles: core_count as u32,
-            foreign,
-            triangles: of_border.iter().map(corners).collect(),
-            neighbours: of_border.iter().map(|place| across(place).map(in_border)).collect(),
-            core_links,
-            constraints: bits(of_border),
-            // Below, once the rest is known.
-            vertex_sides: Vec::new(),
-            components: Vec::new(),
-            regions: Vec::new(),
-            edge_sources: Vec::new(),
-            // Files without triangles are not edited.
-            edges: Vec::new(),
-        };
-        let owned = order.iter().filter(|&&place| self.owns(place));
+        let numbering = Numbering::of(self);
         let is_in_hole = |place: u32| label.is_some_and(|label| label(place).is_hole);
-        let (owned, in_holes) = owned.fold((0, 0), |(owned, in_holes), &place| {
+        let owned = numbering.places().filter(|&place| self.owns(place));
+        let (owned, in_holes) = owned.fold((0, 0), |(owned, in_holes), place| {
             (owned + 1, in_holes + u32::from(is_in_hole(place)))
         });
         let mut drafts = Drafts {
             owned,
             in_holes,
-            bounds: self.bounds(&order),
-            core,
-            border,
+            bounds: self.bounds(&numbering),
+            core: self.core_draft(&numbering),
+            border: self.border_draft(&numbering),
         };
         drafts.border.vertex_sides = vertex_sides(&drafts.core, &drafts.border);
-        self.put_sources(&mut drafts, side_now);
+        self.put_sources(&mut drafts, &numbering);
         if let Some(label) = label {
-            put_regions(&mut drafts, |triangle| label(order[triangle as usize]));
+            put_regions(&mut drafts, numbering.places().map(label));
         }
         drafts
+    }
+
+    /// The core, but for its components and the sources of its edges.
+    fn core_draft(&self, numbering: &Numbering) -> CoreDraft {
+        let places = &numbering.of_core;
+        let in_core = |side: HalfEdge| {
+            let twin = numbering.half_edge(self.twin(side).half_edge()?);
+            numbering.is_in_core(twin).then_some(twin)
+        };
+        let neighbours = |&place: &u32| HalfEdge::of_triangle(place).map(|side| in_core(side).into());
+        CoreDraft {
+            points: self.points.clone(),
+            z: self.z.clone(),
+            records: self.records.clone(),
+            triangles: self.numbered_corners(places, numbering),
+            neighbours: places.iter().map(neighbours).collect(),
+            constraints: self.bits_of(places),
+            components: Vec::new(),
+            edge_sources: Vec::new(),
+            sites: self.sites.clone(),
+            site_ids: self.site_ids.clone(),
+        }
+    }
+
+    /// The border, but for a side at each vertex, its components and the sources of its edges.
+    fn border_draft(&self, numbering: &Numbering) -> BorderDraft {
+        let places = &numbering.of_border;
+        let twin = |side: HalfEdge| match self.twin(side) {
+            Twin::HalfEdge(twin) => Twin::HalfEdge(numbering.half_edge(twin)),
+            twin => twin,
+        };
+        BorderDraft {
+            vertices: self.points.len() as u32,
+            core_triangles: numbering.of_core.len() as u32,
+            foreign: numbering.foreign.clone(),
+            triangles: self.numbered_corners(places, numbering),
+            neighbours: places
+                .iter()
+                .map(|&place| HalfEdge::of_triangle(place).map(twin))
+                .collect(),
+            core_links: self.core_links(numbering),
+            vertex_sides: Vec::new(),
+            constraints: self.bits_of(places),
+            components: Vec::new(),
+            regions: Vec::new(),
+            edge_sources: Vec::new(),
+            // Files without triangles are not edited.
+            edges: Vec::new(),
+        }
+    }
+
+    fn numbered_corners(&self, places: &[u32], numbering: &Numbering) -> Vec<[u32; 3]> {
+        let corners = places.iter().map(|&place| self.triangles[place as usize]);
+        let numbered = corners.map(|corners| corners.map(|corner| numbering.corners[corner as usize]));
+        numbered.collect()
+    }
+
+    /// The bits of triangles; nothing if they have none.
+    fn bits_of(&self, places: &[u32]) -> Vec<u8> {
+        let mut bits: Vec<u8> = places.iter().map(|&place| self.bits[place as usize]).collect();
+        if bits.iter().all(|&bits| bits == 0) {
+            bits.clear();
+        }
+        bits
+    }
+
+    /// Pairs of a half-edge of the core and its twin in the border, in order.
+    fn core_links(&self, numbering: &Numbering) -> Vec<(u32, u32)> {
+        let sides = numbering.of_core.iter().flat_map(|&place| HalfEdge::of_triangle(place));
+        let links = sides.filter_map(|side| {
+            let twin = numbering.half_edge(self.twin(side).half_edge()?);
+            (!numbering.is_in_core(twin)).then(|| (numbering.half_edge(side).0, twin.0))
+        });
+        let mut links: Vec<(u32, u32)> = links.collect();
+        links.sort_unstable();
+        links
     }
 
     /// The vertices of other tiles that border triangles have, by id; and what each corner is among own and these.
@@ -134,24 +187,19 @@ impl EditTile {
     }
 
     /// The box around the tile's vertices and the corners of what belongs to it.
-    fn bounds(&self, places: &[u32]) -> Rect {
-        let owned = places.iter().filter(|&&place| self.owns(place));
-        let corners = owned.flat_map(|&place| self.triangles[place as usize].map(|corner| self.vertex(corner).point));
+    fn bounds(&self, numbering: &Numbering) -> Rect {
+        let owned = numbering.places().filter(|&place| self.owns(place));
+        let corners = owned.flat_map(|place| self.triangles[place as usize].map(|corner| self.vertex(corner).point));
         Rect::around(self.points.iter().copied().chain(corners))
     }
 
-    fn put_sources(&self, drafts: &mut Drafts, side_now: impl Fn(u32) -> u32) {
-        let core_sides = 3 * drafts.border.core_triangles;
+    fn put_sources(&self, drafts: &mut Drafts, numbering: &Numbering) {
         for (side, sources) in self.owned_constraints() {
-            let ends = [side, next_side(side)].map(|side| self.origin(side));
-            let other = match self.across(side) {
-                Twin::HalfEdge(HalfEdge(other)) => other,
-                Twin::Hull | Twin::Elsewhere => side,
-            };
-            let [this, other] = [side_now(side), side_now(other)];
+            let twin = self.twin(side).half_edge();
+            let [this, other] = [side, twin.unwrap_or(side)].map(|side| numbering.half_edge(side));
             // They are kept as seen from the smaller corner, and written as seen along the smaller side.
-            let is_against = (ends[0] > ends[1]) != (other < this);
-            let in_core = this.max(other) < core_sides && this != other;
+            let is_against = (self.origin(side) > self.destination(side)) != (other < this);
+            let in_core = numbering.is_in_core(this.max(other)) && twin.is_some();
             let list = if in_core {
                 &mut drafts.core.edge_sources
             } else {
@@ -159,7 +207,7 @@ impl EditTile {
             };
             list.extend(sources.iter().map(|source| {
                 let source = if is_against { source.reversed() } else { *source };
-                (this.min(other), source)
+                (this.min(other).0, source)
             }));
         }
         drafts.core.edge_sources.sort_unstable();
@@ -228,17 +276,15 @@ fn vertex_sides(core: &CoreDraft, border: &BorderDraft) -> Vec<(u32, u32)> {
 
 /// Puts down which region each triangle is of: components of the core are connected within it, those of border triangles go
 /// by their region.
-fn put_regions(drafts: &mut Drafts, label: impl Fn(u32) -> Component) {
-    let core_count = drafts.core.triangles.len() as u32;
+fn put_regions(drafts: &mut Drafts, mut of_triangles: impl Iterator<Item = Component>) {
     let mut of_core = of_core(&drafts.core);
     let mut regions: Vec<Component> = Vec::new();
-    for (triangle, &component) in (0u32..).zip(&of_core) {
+    for (&component, region) in of_core.iter().zip(of_triangles.by_ref()) {
         if component as usize == regions.len() {
-            regions.push(label(triangle));
+            regions.push(region);
         }
     }
-    let of_border = (core_count..core_count + drafts.border.triangles.len() as u32).map(label);
-    (drafts.border.regions, drafts.border.components) = components(regions, of_border);
+    (drafts.border.regions, drafts.border.components) = components(regions, of_triangles);
     if of_core.iter().all(|&component| component == 0) {
         of_core.clear();
     }

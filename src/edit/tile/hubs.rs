@@ -4,7 +4,7 @@
 
 use foldhash::{HashMap, HashSet};
 
-use crate::mesh::NONE;
+use crate::geometry::HalfEdge;
 
 /// A vertex with more triangles than this is a hub. To go round others is faster than to keep an index of their edges.
 pub(crate) const MOST_AROUND: u32 = 64;
@@ -15,11 +15,11 @@ pub(crate) struct Hubs {
     degrees: Vec<u32>,
     hubs: HashSet<u32>,
     /// The side from one corner to another, one of which is a hub.
-    sides: HashMap<[u32; 2], u32>,
+    sides: HashMap<[u32; 2], HalfEdge>,
 }
 
 impl Hubs {
-    /// Of a tile with this number of vertices. Triangles whose corners are [`NONE`] are none.
+    /// Of a tile with this number of vertices. Corners that are greater than those of any tile are none.
     pub(crate) fn of(vertices: usize, triangles: &[[u32; 3]]) -> Self {
         let mut this = Self {
             degrees: vec![0; vertices],
@@ -33,8 +33,8 @@ impl Hubs {
         let hubs = (0..).zip(&this.degrees).filter(|(_, degree)| **degree > MOST_AROUND);
         this.hubs = hubs.map(|(vertex, _)| vertex).collect();
         if !this.hubs.is_empty() {
-            for (&corners, first) in triangles.iter().zip((0u32..).step_by(3)) {
-                this.enter(corners, first);
+            for (&corners, place) in triangles.iter().zip(0..) {
+                this.enter(corners, place);
             }
         }
         this
@@ -61,7 +61,7 @@ impl Hubs {
     }
 
     /// The side from one corner to another, one of which is a hub.
-    pub(crate) fn side(&self, ends: [u32; 2]) -> Option<u32> {
+    pub(crate) fn side(&self, ends: [u32; 2]) -> Option<HalfEdge> {
         self.sides.get(&ends).copied()
     }
 
@@ -70,14 +70,14 @@ impl Hubs {
         self.hubs.insert(vertex);
     }
 
-    /// Takes a new triangle, by its corners and its first side.
-    pub(crate) fn add(&mut self, corners: [u32; 3], first: u32) {
+    /// Takes a new triangle, by its corners and its place.
+    pub(crate) fn add(&mut self, corners: [u32; 3], place: u32) {
         for corner in corners {
             if let Some(degree) = self.degrees.get_mut(corner as usize) {
                 *degree += 1;
             }
         }
-        self.enter(corners, first);
+        self.enter(corners, place);
     }
 
     /// Forgets a triangle.
@@ -93,16 +93,16 @@ impl Hubs {
     }
 
     /// Notes the sides of a triangle that start or end at a hub.
-    pub(crate) fn enter(&mut self, corners: [u32; 3], first: u32) {
-        for (ends, s) in self.of_hubs(corners) {
-            self.sides.insert(ends, first + s);
+    pub(crate) fn enter(&mut self, corners: [u32; 3], place: u32) {
+        for (ends, corner) in self.of_hubs(corners) {
+            self.sides.insert(ends, HalfEdge::new(place, corner));
         }
     }
 
-    /// The sides of a triangle that start or end at a hub: their ends and their places.
+    /// The sides of a triangle that start or end at a hub: their ends, and the corners that they start at.
     fn of_hubs(&self, corners: [u32; 3]) -> impl Iterator<Item = ([u32; 2], u32)> + use<> {
         let [a, b, c] = corners;
-        let is_hub = corners.map(|corner| corner != NONE && self.has(corner));
+        let is_hub = corners.map(|corner| self.has(corner));
         let sides = [([a, b], 0), ([b, c], 1), ([c, a], 2)].into_iter();
         sides.filter(move |(_, s)| is_hub[*s as usize] || is_hub[(*s as usize + 1) % 3])
     }

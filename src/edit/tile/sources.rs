@@ -1,7 +1,8 @@
 //! Why edges of a tile are constraints: the lines that run along them.
 
 use crate::edit::tile::EditTile;
-use crate::mesh::next_side;
+use crate::geometry::HalfEdge;
+use crate::mesh::Topology;
 use crate::store::{EdgeSource, Tile, VertexId};
 
 impl EditTile {
@@ -31,8 +32,8 @@ impl EditTile {
     }
 
     /// The sources of a side's edge, as seen from its smaller corner; none if it belongs to another tile.
-    pub(crate) fn sources_of(&self, side: u32) -> &[EdgeSource] {
-        let (ends, _) = in_order([side, next_side(side)].map(|side| self.origin(side)));
+    pub(crate) fn sources_of(&self, side: HalfEdge) -> &[EdgeSource] {
+        let (ends, _) = in_order([self.origin(side), self.destination(side)]);
         self.sources.get(&ends).map_or(&[], Vec::as_slice)
     }
 
@@ -62,7 +63,7 @@ impl EditTile {
     }
 
     /// Constraint edges that belong to the tile, and their sources as seen along a side of each.
-    pub(crate) fn owned_constraints(&self) -> impl Iterator<Item = (u32, &[EdgeSource])> {
+    pub(crate) fn owned_constraints(&self) -> impl Iterator<Item = (HalfEdge, &[EdgeSource])> {
         self.sources.iter().filter_map(|(&[from, to], sources)| {
             let side = self.side_along([from, to]).or_else(|| self.side_along([to, from]))?;
             Some((side, sources.as_slice()))

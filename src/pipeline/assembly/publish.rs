@@ -5,9 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::constraints::segment::Segment;
-use crate::edit::error::EditError;
-use crate::edit::tiles::Target;
-use crate::edit::{EditSummary, Work, edit};
+use crate::edit::{EditError, EditSummary, Target, Work, edit};
 use crate::geometry::Rect;
 use crate::input::MissingZ;
 use crate::io::{Backend, ThreadsFile, WriteAt};

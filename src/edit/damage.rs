@@ -1,0 +1,32 @@
+//! How the tiles of a file contradict themselves or each other.
+
+use crate::mesh::EndlessWalk;
+
+/// What is wrong with a tile that an edit cannot work with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum Damage {
+    #[error("it has no vertices")]
+    NoVertices,
+    #[error("vertex {0} has no triangle")]
+    LoneVertex(u32),
+    #[error("a vertex is of a tile that there is not")]
+    NoTile,
+    #[error("a triangle is missing that another tile has")]
+    MissingTriangle,
+    #[error("triangles around a line do not fit together")]
+    UnfitStrip,
+    #[error("triangles around a new vertex do not fit together")]
+    UnfitCavity,
+    #[error(transparent)]
+    Walk(#[from] EndlessWalk),
+    #[error("no triangle around a vertex is on the way of a line")]
+    NoWay,
+    #[error("a line between two vertices leaves the triangulation")]
+    LineLeaves,
+    #[error("a line goes in circles")]
+    EndlessLine,
+    #[error("an edge is missing that was just put there")]
+    MissingEdge,
+    #[error("a constraint knows no line that it comes from")]
+    NoSource,
+}

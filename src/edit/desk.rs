@@ -1,0 +1,50 @@
+//! Threads that put tiles together.
+
+use std::io;
+use std::sync::{Arc, mpsc};
+
+use tokio::sync::oneshot;
+
+use crate::edit::error::EditError;
+use crate::io::start_thread;
+
+type Job = Box<dyn FnOnce() + Send>;
+
+/// Threads for what takes a while, as many as the system gives, beside the runtime's workers: few, so that the allocator keeps what goes for what comes next, and not
+/// some for each of many threads.
+pub(crate) struct Desk {
+    jobs: mpsc::Sender<Job>,
+    pub(crate) threads: usize,
+}
+
+impl Desk {
+    pub(crate) fn new(threads: usize) -> io::Result<Self> {
+        let (jobs, work) = mpsc::channel::<Job>();
+        let work = Arc::new(parking_lot::Mutex::new(work));
+        let start = |number| {
+            let work = Arc::clone(&work);
+            let next = move || work.lock().recv().ok();
+            start_thread(&format!("tile-edit-desk-{number}"), move || {
+                std::iter::from_fn(next).for_each(|job| job());
+            })
+        };
+        start(0)?;
+        let others = (1..threads).map_while(|number| start(number).ok()).count();
+        Ok(Self {
+            jobs,
+            threads: 1 + others,
+        })
+    }
+
+    pub(crate) async fn computed<T: Send + 'static>(
+        &self,
+        compute: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, EditError> {
+        let (reply, computed) = oneshot::channel();
+        // If nobody waits for the answer any more, nobody needs it. If the thread is gone, there is none.
+        let _ = self.jobs.send(Box::new(move || drop(reply.send(compute()))));
+        computed
+            .await
+            .map_err(|_| EditError::Internal("a tile could not be put together".to_owned()))
+    }
+}

@@ -1,0 +1,247 @@
+//! The file while it is edited: reads tiles, and writes those that changed behind its end.
+
+use std::io;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
+
+use bytes::Bytes;
+use foldhash::HashMap;
+use tokio::sync::{MappedMutexGuard, Mutex, MutexGuard, oneshot};
+
+use crate::edit::damage::Damage;
+use crate::edit::desk::Desk;
+use crate::edit::error::EditError;
+use crate::edit::regions::{Labels, Parts};
+use crate::edit::target::Target;
+use crate::edit::tile::EditTile;
+use crate::edit::tile::drafts::Counts;
+use crate::io::{Buffers, ReadAt, ThreadsFile};
+use crate::store::{BLOCK, Directory, Extent, Tile, TileEntry, TileId, TileReader, TileWriter};
+
+/// The file, and where in it each tile lies now.
+pub(crate) struct Disk {
+    path: PathBuf,
+    /// The file as it was opened.
+    pub(crate) reader: TileReader,
+    file: ThreadsFile,
+    generation: u32,
+    /// None once the file is published.
+    state: Mutex<Option<Written>>,
+    /// What regions tiles are written with, once it is known.
+    pub(crate) labels: OnceLock<Labels>,
+    buffers: Buffers,
+    pub(crate) desk: Desk,
+    /// Several tiles may be put together at a time, but are written in the order in which that began.
+    turn: Turn,
+    reads: AtomicU64,
+    /// The last to be dropped, when the file is closed.
+    _alive: oneshot::Sender<()>,
+}
+
+struct Written {
+    writer: TileWriter<ThreadsFile>,
+    entries: Vec<TileEntry>,
+    /// Where tiles lie that this edit has written once more since: places and bytes.
+    free: Vec<(u64, u32)>,
+    /// Bytes of the places that were used again, for less.
+    reused: HashMap<u64, u32>,
+    /// How many triangles of each tile are in holes, of those that were written with labels.
+    in_holes: HashMap<TileId, u32>,
+}
+
+impl Written {
+    /// Writes a core, or a border: over what this edit has no use for any more, or behind the end.
+    async fn put(&mut self, bytes: &Bytes, is_core: bool) -> io::Result<Extent> {
+        let fits = |&&(place, room): &&(u64, u32)| room as usize >= bytes.len() && (!is_core || place % BLOCK == 0);
+        let best = self.free.iter().filter(fits).min_by_key(|(_, room)| *room).copied();
+        if let Some((place, room)) = best {
+            self.free.retain(|free| free.0 != place);
+            self.reused.insert(place, room);
+            return self.writer.put_at(place, bytes).await;
+        }
+        match is_core {
+            true => self.writer.append_core(bytes).await,
+            false => self.writer.append_border(bytes).await,
+        }
+    }
+
+    /// Says that nobody looks at these bytes any more.
+    fn set_free(&mut self, extent: Extent) {
+        let room = self.reused.remove(&extent.offset).unwrap_or(extent.length);
+        self.free.push((extent.offset, room));
+    }
+}
+
+impl Disk {
+    /// Opens a file to edit it, with so many threads that put tiles together. When nobody has it any more, the second answer ends.
+    pub(crate) fn open(
+        target: Target,
+        reader: TileReader,
+        threads: usize,
+        is_draft: bool,
+    ) -> Result<(Arc<Self>, oneshot::Receiver<()>), EditError> {
+        let Target { path, file } = target;
+        let generation = u32::try_from(reader.generation() + 1);
+        let written = Written {
+            writer: TileWriter::behind(file.clone(), reader.file_length()).draft(is_draft),
+            entries: reader.directory().tiles.clone(),
+            free: Vec::new(),
+            reused: HashMap::default(),
+            in_holes: HashMap::default(),
+        };
+        let (alive, gone) = oneshot::channel();
+        let disk = Self {
+            generation: generation.map_err(|_| EditError::Internal("the file was edited too often".to_owned()))?,
+            state: Mutex::new(Some(written)),
+            turn: Turn::default(),
+            labels: OnceLock::new(),
+            buffers: Buffers::default(),
+            desk: Desk::new(threads).map_err(|error| EditError::io(&path, "start a thread to edit", error))?,
+            path,
+            reads: AtomicU64::new(0),
+            file,
+            reader,
+            _alive: alive,
+        };
+        Ok((Arc::new(disk), gone))
+    }
+
+    fn cannot(&self, what: &'static str, source: io::Error) -> EditError {
+        EditError::io(&self.path, what, source)
+    }
+
+    /// The error for a tile that contradicts itself or others.
+    pub(crate) fn damaged(&self, tile: TileId, damage: Damage) -> EditError {
+        self.reader.damaged(tile, damage.to_string()).into()
+    }
+
+    /// Tiles that were read so far.
+    pub(crate) fn reads(&self) -> u64 {
+        self.reads.load(Ordering::Relaxed)
+    }
+
+    /// How many triangles of a tile are in holes, if it was written with labels.
+    pub(crate) async fn in_holes(&self, id: TileId) -> Option<u32> {
+        let state = self.state.lock().await;
+        state.as_ref()?.in_holes.get(&id).copied()
+    }
+
+    /// Makes the file what its tiles are now, with a directory that `change` adapts. Returns its length. No tile can be read or
+    /// written then.
+    pub(crate) async fn publish(&self, change: impl FnOnce(&mut Directory)) -> Result<u64, EditError> {
+        let Some(Written { writer, entries, .. }) = self.state.lock().await.take() else {
+            return Err(EditError::Internal("the file is published already".to_owned()));
+        };
+        let mut directory = self.reader.directory().clone();
+        directory.tiles = entries;
+        change(&mut directory);
+        let done = writer.replace(&directory, self.reader.in_force()).await;
+        done.map_err(|error| self.cannot("finish", error))
+    }
+
+    async fn written(&self) -> Result<MappedMutexGuard<'_, Written>, EditError> {
+        MutexGuard::try_map(self.state.lock().await, Option::as_mut).map_err(|_| EditError::Cancelled)
+    }
+
+    /// A tile as it lies in the file.
+    pub(crate) async fn read(&self, id: TileId) -> Result<Tile, EditError> {
+        let entry = {
+            let mut state = self.written().await?;
+            // What was gathered to be written must be there to be read.
+            let flushed = state.writer.flush().await;
+            flushed.map_err(|error| self.cannot("write", error))?;
+            state.entries.get(id.0 as usize).copied()
+        };
+        let entry = entry.ok_or_else(|| self.damaged(id, Damage::NoTile))?;
+        self.reads.fetch_add(1, Ordering::Relaxed);
+        let read = self.file.read_many(&[entry.core.range(), entry.border.range()]).await;
+        let read = read.map_err(|error| self.cannot("read", error))?;
+        let [core, border]: [Bytes; 2] = read
+            .try_into()
+            .map_err(|_| self.cannot("read", io::ErrorKind::Other.into()))?;
+        Tile::open(id, &entry, &core, &border).map_err(|reason| self.reader.damaged(id, reason).into())
+    }
+
+    pub(crate) async fn load(self: Arc<Self>, id: TileId) -> Result<Arc<EditTile>, EditError> {
+        let tile = self.read(id).await?;
+        self.desk.computed(move || Arc::new(EditTile::of(&tile))).await
+    }
+
+    /// Writes a tile, after those that this was called for before.
+    pub(crate) fn write(
+        self: Arc<Self>,
+        id: TileId,
+        tile: Arc<EditTile>,
+    ) -> impl Future<Output = Result<(), EditError>> + Send + 'static {
+        let turn = self.turn.take();
+        self.write_in_turn(id, tile, turn)
+    }
+
+    async fn write_in_turn(self: Arc<Self>, id: TileId, tile: Arc<EditTile>, turn: Place) -> Result<(), EditError> {
+        let this = Arc::clone(&self);
+        let (counts, core, border) = self.desk.computed(move || this.encoded(&tile)).await?;
+        let _done = turn.wait().await;
+        let mut state = self.written().await?;
+        let before = state.entries[id.0 as usize];
+        if before.generation == self.generation {
+            // No superblock leads there.
+            state.set_free(before.core);
+            state.set_free(before.border);
+        }
+        let written = async {
+            let core = state.put(&core, true).await?;
+            Ok((core, state.put(&border, false).await?))
+        };
+        let (core, border) = written.await.map_err(|error| self.cannot("write", error))?;
+        if self.labels.get().is_some() {
+            state.in_holes.insert(id, counts.in_holes);
+        }
+        let entry = counts.entry(&before, self.generation);
+        state.entries[id.0 as usize] = TileEntry { core, border, ..entry };
+        Ok(())
+    }
+
+    /// What there is to know of a tile, and the bytes of its core and its border.
+    fn encoded(&self, tile: &EditTile) -> (Counts, Bytes, Bytes) {
+        let drafts = match self.labels.get() {
+            Some(labels) => {
+                let parts = Parts::of(tile);
+                tile.drafts(Some(&|place| labels.of(tile.id, &parts, place)))
+            }
+            None => tile.drafts(None),
+        };
+        let core = drafts.core.encode(tile.id, self.generation, &self.buffers);
+        let border = drafts.border.encode(tile.id, self.generation, &self.buffers);
+        (drafts.counts(), core, border)
+    }
+}
+
+/// Whose turn it is to write.
+#[derive(Default)]
+struct Turn(parking_lot::Mutex<Option<oneshot::Receiver<()>>>);
+
+/// A place in the order: when the one before is done.
+struct Place {
+    before: Option<oneshot::Receiver<()>>,
+    done: oneshot::Sender<()>,
+}
+
+impl Turn {
+    fn take(&self) -> Place {
+        let (done, after) = oneshot::channel();
+        let before = self.0.lock().replace(after);
+        Place { before, done }
+    }
+}
+
+impl Place {
+    /// Waits for the ones before. It is the next one's turn when the answer is dropped.
+    async fn wait(self) -> oneshot::Sender<()> {
+        if let Some(before) = self.before {
+            // Whether it was done or given up, its turn is over.
+            let _ = before.await;
+        }
+        self.done
+    }
+}

@@ -1,0 +1,120 @@
+//! The vertices at the ends of segments: those that are there, and new ones.
+
+use crate::edit::error::EditError;
+use crate::edit::tile::{EditTile, NewVertex};
+use crate::edit::tiles::Tiles;
+use crate::edit::vertices;
+use crate::edit::work::Work;
+use crate::geometry::Point;
+use crate::input::MissingZ;
+use crate::mesh::vertex_index::VertexIndex;
+use crate::store::{TileId, Vertex, VertexId};
+
+/// The end of a segment: its tile, its place, and its number among all ends.
+type End = (TileId, Point, u32);
+
+/// Finds the vertices at the ends of segments, and makes some where there are none. Returns all, in order, and how many are new.
+pub(crate) fn find_ends(
+    tiles: &mut Tiles,
+    work: &Work,
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<(Vec<Vertex>, u64), EditError> {
+    let ends = by_tile(tiles, work)?;
+    // All of them are replaced.
+    let filler = Vertex {
+        id: VertexId {
+            tile: TileId(0),
+            index: 0,
+        },
+        point: Point::new(0.0, 0.0),
+    };
+    let mut found = vec![filler; ends.len()];
+    let mut added = 0;
+    let needs_z = tiles.directory().metadata.has_z && work.missing_z == MissingZ::Error;
+    let mut without_z: Vec<u32> = Vec::new();
+    let mut groups = ends.chunk_by(|a, b| a.0 == b.0);
+    while let Some(group) = groups.next() {
+        if is_stopped() {
+            return Err(EditError::Cancelled);
+        }
+        tiles.read_ahead(groups.clone().map(|group| group[0].0));
+        let missing = find_in_tile(tiles, work, group, &mut found)?;
+        if needs_z {
+            without_z.extend(missing.iter().map(|end| end.2).filter(|&end| work.z_of(end).is_nan()));
+        }
+        added += missing.len() as u64;
+    }
+    if let Some(&first) = without_z.iter().min() {
+        let segment = &work.segments[first as usize / 2];
+        return Err(EditError::NoZ {
+            line: segment.source.number(),
+            point: segment.ends[first as usize % 2],
+            count: without_z.len() as u64,
+        });
+    }
+    Ok((found, added))
+}
+
+/// All ends, those in a tile together, by their places.
+fn by_tile(tiles: &Tiles, work: &Work) -> Result<Vec<End>, EditError> {
+    let tree = &tiles.directory().tree;
+    let mut ends: Vec<End> = Vec::with_capacity(2 * work.segments.len());
+    for (&place, end) in work.segments.iter().flat_map(|segment| &segment.ends).zip(0u32..) {
+        let tile = tree.tile_at(place).ok_or_else(|| no_vertex(place))?;
+        ends.push((tile, place, end));
+    }
+    ends.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| a.1.lex_cmp(b.1)).then_with(|| a.2.cmp(&b.2)));
+    Ok(ends)
+}
+
+/// Finds the vertices at ends in one tile, and enters them in `found`, by the numbers of the ends. Returns those that were made for it.
+fn find_in_tile(tiles: &mut Tiles, work: &Work, ends: &[End], found: &mut [Vertex]) -> Result<Vec<End>, EditError> {
+    let id = ends[0].0;
+    let numbers_in = |tile: &EditTile| -> Vec<Option<u32>> {
+        let index = VertexIndex::new(tile.points());
+        ends.iter().map(|&(_, place, _)| index.at(place)).collect()
+    };
+    let mut tile = tiles.get(id)?;
+    let mut numbers = numbers_in(&tile);
+    let missing = ends.iter().zip(&numbers).filter(|(_, number)| number.is_none());
+    let mut missing: Vec<End> = missing.map(|(end, _)| *end).collect();
+    // Of several at one place the first that has z says how high it lies.
+    missing.dedup_by(|next, kept| {
+        let equal = next.1 == kept.1;
+        if equal && work.z_of(kept.2).is_nan() && !work.z_of(next.2).is_nan() {
+            *kept = *next;
+        }
+        equal
+    });
+    if !missing.is_empty() {
+        drop(tile);
+        add_vertices(tiles, work, &missing)?;
+        tile = tiles.get(id)?;
+        numbers = numbers_in(&tile);
+    }
+    for (&(_, place, end), number) in ends.iter().zip(numbers) {
+        found[end as usize] = tile.vertex(number.ok_or_else(|| no_vertex(place))?);
+    }
+    Ok(missing)
+}
+
+fn no_vertex(place: Point) -> EditError {
+    EditError::Internal(format!("there is no vertex at ({}, {})", place.x, place.y))
+}
+
+/// Makes vertices of ends in one tile, each at another place. The ends of all segments have the record numbers that come next in
+/// the file, in order.
+fn add_vertices(tiles: &mut Tiles, work: &Work, ends: &[End]) -> Result<(), EditError> {
+    let first_record = tiles.directory().metadata.next_record;
+    let z_or_zero = |end: u32| {
+        let z = work.z_of(end);
+        if z.is_nan() { 0.0 } else { z }
+    };
+    let new = ends.iter().map(|&(_, point, end)| NewVertex {
+        point,
+        z: z_or_zero(end),
+        record: first_record.saturating_add(end.into()),
+        line: work.segments[end as usize / 2].source.number(),
+    });
+    vertices::add(tiles, ends[0].0, new.collect())
+}

@@ -1,0 +1,56 @@
+//! Finds the regions of a file that was edited, and writes the tiles that say of which region their triangles are.
+
+use crate::edit::error::EditError;
+use crate::edit::regions::{Joining, Labels, Parts};
+use crate::edit::tile::EditTile;
+use crate::edit::tiles::{PartedTile, Tiles};
+use crate::memory::EditShares;
+use crate::store::TileId;
+
+/// Joins what lies side by side in all tiles. Returns also how many constraint edges there are.
+pub(crate) fn join(tiles: &mut Tiles, memory: u64, is_stopped: &dyn Fn() -> bool) -> Result<(Labels, u64), EditError> {
+    let metadata = tiles.directory().metadata.clone();
+    let mut joining = Joining::new(&metadata);
+    let mut parted = tiles.parted();
+    while let Some(PartedTile { tile, parts, before }) = parted.next()? {
+        if is_stopped() {
+            return Err(EditError::Cancelled);
+        }
+        joining.take(&tile, &parts, before.as_ref())?;
+        EditShares::check_regions(memory, joining.byte_size())?;
+    }
+    let constraint_edges = joining.constraint_edges;
+    Ok((joining.finish(&metadata)?, constraint_edges))
+}
+
+/// Writes all tiles that were changed, and those in which a region changed. Returns how many triangles are in holes.
+pub(crate) fn label(tiles: &mut Tiles, labels: Labels, is_stopped: &dyn Fn() -> bool) -> Result<u64, EditError> {
+    tiles.label(labels)?;
+    let mut in_holes = 0;
+    for id in (0..tiles.directory().tiles.len() as u32).map(TileId) {
+        if is_stopped() {
+            return Err(EditError::Cancelled);
+        }
+        if let Some(known) = tiles.in_holes(id) {
+            in_holes += u64::from(known);
+            continue;
+        }
+        let mut tile = tiles.read(id)?;
+        if !tiles.is_changed(id) {
+            let edit = EditTile::of(&tile);
+            let parts = Parts::of(&edit);
+            // The places of a tile that is not changed are its triangles.
+            let is_same = tiles.labels().is_none_or(|labels| {
+                let label = |triangle| labels.of(id, &parts, triangle);
+                (0..tile.triangle_count()).all(|triangle| tile.component(triangle) == label(triangle))
+            });
+            if !is_same {
+                tiles.write(edit)?;
+                tile = tiles.read(id)?;
+            }
+        }
+        let holes = tile.owned_triangles().filter(|&triangle| tile.is_hole(triangle));
+        in_holes += holes.count() as u64;
+    }
+    Ok(in_holes)
+}

@@ -1,0 +1,181 @@
+//! An edit from its beginning to its end: vertices, pieces, regions, the directory.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use tokio::runtime::Handle;
+use tokio::sync::oneshot;
+
+use crate::constraints::segment::Segment;
+use crate::edit::ends::find_ends;
+use crate::edit::error::EditError;
+use crate::edit::labelling::{join, label};
+use crate::edit::strip::{Inserting, Piece};
+use crate::edit::summary::EditSummary;
+use crate::edit::target::Target;
+use crate::edit::tiles::Tiles;
+use crate::edit::work::Work;
+use crate::geometry::{MortonSquare, Point, Rect};
+use crate::io::start_thread;
+use crate::memory::EditShares;
+use crate::store::{Directory, Metadata, Vertex, hull_edges};
+
+/// Makes segments constraints of a file, on a thread of its own.
+pub(crate) async fn edit(
+    target: Target,
+    work: Work,
+    memory: u64,
+    is_cancelled: impl Fn() -> bool + Send + 'static,
+) -> Result<EditSummary, EditError> {
+    let stop = StopOnDrop(Arc::new(AtomicBool::new(false)));
+    let stopped = Arc::clone(&stop.0);
+    let (reply, done) = oneshot::channel();
+    let runtime = Handle::current();
+    let path = target.path.clone();
+    let task = move || {
+        let is_stopped = || stopped.load(Ordering::Relaxed) || is_cancelled();
+        // If nobody waits for the answer any more, nobody needs it.
+        let _ = reply.send(edit_here(target, &work, memory, &is_stopped, runtime));
+    };
+    start_thread("tile-edit", task).map_err(|error| EditError::io(&path, "start a thread to edit", error))?;
+    let gone = |_| EditError::Internal("the editing thread is gone".to_owned());
+    done.await.map_err(gone)?
+}
+
+/// Stops the thread when nobody waits for it any more.
+struct StopOnDrop(Arc<AtomicBool>);
+
+impl Drop for StopOnDrop {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+fn edit_here(
+    target: Target,
+    work: &Work,
+    memory: u64,
+    is_stopped: &dyn Fn() -> bool,
+    runtime: Handle,
+) -> Result<EditSummary, EditError> {
+    let began = Instant::now();
+    let segments = work.segments.len() as u64;
+    let shares = |largest| EditShares::new(memory, segments, work.threads, largest);
+    let mut tiles = Tiles::open(target, &shares, work.is_draft, runtime)?;
+    let (ends, vertices) = find_ends(&mut tiles, work, is_stopped)?;
+    let inserted = insert(&mut tiles, work, &ends, is_stopped)?;
+    drop(ends);
+    let tile_reads = tiles.reads();
+    let (labels, constraint_edges) = join(&mut tiles, memory, is_stopped)?;
+    let (regions, spanning_regions, hole_regions) = (labels.regions, labels.spanning, labels.hole_regions);
+    if let Some(inverted) = work.inverted {
+        return Err(EditError::Inverted(inverted));
+    }
+    let totals = Totals {
+        vertices,
+        constraint_edges,
+        regions,
+        spanning_regions,
+        hole_regions,
+        hole_triangles: label(&mut tiles, labels, is_stopped)?,
+    };
+    let (tiles_written, length_before) = (tiles.count_changed(), tiles.length());
+    let file_bytes = tiles.publish(|directory| enter(directory, work, totals))?;
+    Ok(EditSummary {
+        segments,
+        vertices,
+        edges: inserted.edges,
+        constraint_edges,
+        tiles: tiles_written as u64,
+        tile_reads,
+        triangles_looked_at: inserted.looked_at,
+        regions,
+        hole_regions,
+        hole_triangles: totals.hole_triangles,
+        bytes_appended: file_bytes - length_before,
+        file_bytes,
+        seconds: began.elapsed().as_secs_f64(),
+    })
+}
+
+/// Makes all segments constraints, between the vertices at their ends.
+fn insert(
+    tiles: &mut Tiles,
+    work: &Work,
+    ends: &[Vertex],
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<Inserting, EditError> {
+    let mut inserting = Inserting::default();
+    for piece in pieces(&work.segments, ends) {
+        if is_stopped() {
+            return Err(EditError::Cancelled);
+        }
+        inserting.insert(tiles, piece)?;
+    }
+    Ok(inserting)
+}
+
+/// Puts segments in the order of a space-filling curve, so that those that cross the same tiles come together; these are the vertices at
+/// their ends.
+fn pieces(segments: &[Segment], ends: &[Vertex]) -> impl Iterator<Item = Piece> {
+    let middle = |Segment { ends: [a, b], .. }: &Segment| Point::new((a.x + b.x) / 2.0, (a.y + b.y) / 2.0);
+    let square = MortonSquare::around(Rect::around(segments.iter().map(middle)));
+    let (ends, _) = ends.as_chunks();
+    let keys = segments.iter().map(|segment| square.key(middle(segment)));
+    let mut order: Vec<(u64, u32)> = keys.zip(0..).collect();
+    order.sort_unstable();
+    order.into_iter().map(move |(_, number)| Piece {
+        ends: ends[number as usize],
+        source: segments[number as usize].source,
+    })
+}
+
+/// What changes in the directory of a file, beside its tiles.
+#[derive(Clone, Copy)]
+struct Totals {
+    /// Vertices that are new.
+    vertices: u64,
+    constraint_edges: u64,
+    regions: u64,
+    spanning_regions: u64,
+    hole_regions: u64,
+    hole_triangles: u64,
+}
+
+/// Enters an edit in the directory, whose tiles are as they are now.
+fn enter(directory: &mut Directory, work: &Work, totals: Totals) {
+    let tiles = &directory.tiles;
+    let before = std::mem::take(&mut directory.metadata);
+    let most = tiles.iter().map(|tile| tile.vertices).max();
+    let vertices = tiles.iter().map(|tile| u64::from(tile.vertices)).sum();
+    let triangles = tiles.iter().map(|tile| u64::from(tile.owned_triangles)).sum();
+    let mut lines = before.lines;
+    lines.extend_from_slice(&work.lines);
+    directory.metadata = Metadata {
+        tile_vertices: before.tile_vertices.max(most.unwrap_or(0)),
+        vertices,
+        triangles,
+        hull_edges: hull_edges(vertices, triangles),
+        points: before.points,
+        duplicates: before.duplicates,
+        ends: before.ends + totals.vertices,
+        constraint_edges: totals.constraint_edges,
+        has_z: before.has_z,
+        bounds: before.bounds,
+        sources: before.sources,
+        crs: before.crs,
+        producer: before.producer,
+        regions: totals.regions,
+        spanning_regions: totals.spanning_regions,
+        hole_regions: totals.hole_regions,
+        hole_triangles: totals.hole_triangles,
+        sites: before.sites,
+        crossings: before.crossings,
+        lines,
+        exterior_is_hole: before.exterior_is_hole,
+        seeds: before.seeds,
+        borders: before.borders,
+        next_record: before.next_record.saturating_add(work.new_records),
+    };
+}

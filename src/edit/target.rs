@@ -1,0 +1,38 @@
+//! The file that is edited, locked.
+
+use std::fs::{File, TryLockError};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::edit::error::EditError;
+use crate::io::{ThreadsFile, open_regular, output_target};
+use crate::shown;
+use crate::store::{OpenOptions, ReadError, TileReader};
+
+/// A file that nobody else may edit as long as this, or what it is given to, is there.
+pub(crate) struct Target {
+    pub(crate) path: PathBuf,
+    pub(crate) file: ThreadsFile,
+}
+
+impl Target {
+    pub(crate) fn lock(path: &Path) -> Result<Self, EditError> {
+        let target = output_target(path).map_err(|error| EditError::io(path, "open", error))?;
+        let file = open_regular(&target, File::options().read(true).write(true));
+        let (file, _) = file.map_err(|error| EditError::io(path, "open", error))?;
+        match file.try_lock() {
+            Ok(()) => Ok(Self {
+                path: path.to_owned(),
+                file: ThreadsFile::from(Arc::new(file)),
+            }),
+            Err(TryLockError::WouldBlock) => Err(EditError::Busy(path.to_owned())),
+            Err(TryLockError::Error(error)) => Err(EditError::io(path, "lock", error)),
+        }
+    }
+
+    /// The file as it is now.
+    pub(crate) async fn read(&self) -> Result<TileReader, ReadError> {
+        let name = shown::path(&self.path);
+        TileReader::open_source(self.file.clone(), &name, OpenOptions::default()).await
+    }
+}

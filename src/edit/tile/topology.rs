@@ -1,0 +1,88 @@
+//! How the triangles of a tile lie beside each other, and where its edges are.
+
+use std::iter;
+
+use crate::edit::tile::EditTile;
+use crate::geometry::{HalfEdge, Point};
+use crate::mesh::{Embedded, Topology, Twin};
+use crate::store::VertexId;
+
+/// Places of triangles that are no more count too.
+impl Topology for EditTile {
+    #[inline]
+    fn triangle_count(&self) -> u32 {
+        self.triangles.len() as u32
+    }
+
+    #[inline]
+    fn origin(&self, half_edge: HalfEdge) -> u32 {
+        self.triangles.as_flattened()[half_edge.index()]
+    }
+
+    #[inline]
+    fn twin(&self, half_edge: HalfEdge) -> Twin {
+        self.twins.as_flattened()[half_edge.index()].get()
+    }
+}
+
+/// Vertices are corners: those of other tiles have numbers too.
+impl Embedded for EditTile {
+    #[inline]
+    fn point(&self, corner: u32) -> Point {
+        self.vertex(corner).point
+    }
+}
+
+impl EditTile {
+    /// The corner that a vertex is here, if it is one.
+    pub(super) fn corner(&self, id: VertexId) -> Option<u32> {
+        if id.tile == self.id {
+            ((id.index as usize) < self.points.len()).then_some(id.index)
+        } else {
+            self.foreign_places.get(&id).copied()
+        }
+    }
+
+    /// A half-edge that leaves a vertex of the tile, if it has any triangles.
+    pub(crate) fn leaving(&self, vertex: u32) -> Option<HalfEdge> {
+        self.leaving[vertex as usize].get()
+    }
+
+    /// The half-edges that leave a vertex of the tile, each once: counter-clockwise from one on to the hull, and then those before it.
+    pub(crate) fn around(&self, vertex: u32) -> impl Iterator<Item = HalfEdge> {
+        self.leaving(vertex).into_iter().flat_map(move |first| {
+            // If the star is closed, there are none.
+            let before = iter::once_with(move || self.rewind(first).0).flat_map(move |start| self.star(start));
+            self.star(first).chain(before.take_while(move |&side| side != first))
+        })
+    }
+
+    /// The half-edge from one vertex to another, one of which is the tile's own.
+    pub(crate) fn side_between(&self, from: VertexId, to: VertexId) -> Option<HalfEdge> {
+        self.side_along([self.corner(from)?, self.corner(to)?])
+    }
+
+    /// The half-edge from one corner to another, one of which is the tile's own.
+    pub(super) fn side_along(&self, [from, to]: [u32; 2]) -> Option<HalfEdge> {
+        if self.hubs.has(from) || self.hubs.has(to) {
+            self.hubs.side([from, to])
+        } else if (from as usize) < self.points.len() {
+            self.around(from).find(|&side| self.destination(side) == to)
+        } else {
+            let mut arriving = self.around(to).map(HalfEdge::prev);
+            arriving.find(|&side| self.origin(side) == from)
+        }
+    }
+
+    /// The first half-edge of the triangle with these corners, one of which is the tile's own.
+    pub(crate) fn side_of(&self, corners: [VertexId; 3]) -> Option<HalfEdge> {
+        let own = corners.iter().position(|id| id.tile == self.id)?;
+        let at = |place: usize| corners[(own + place) % 3];
+        let side = self.side_between(at(0), at(1))?;
+        (self.from(side.prev()).id == at(2)).then(|| match own {
+            0 => side,
+            1 => side.prev(),
+            _ => side.next(),
+        })
+    }
+}
