@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use crate::constraints::segment::Segment;
-use crate::geometry::{Point, Rect};
+use crate::geometry::{HalfEdge, Point, Rect};
 use crate::pipeline::summary::LevelSummary;
 use crate::store::{EdgeSource, Extent, KdTree, LineSource, Source, TileId, VertexId};
 
@@ -200,7 +200,7 @@ impl Open {
 pub(crate) struct OpenSide {
     pub(crate) from: u32,
     pub(crate) to: u32,
-    pub(crate) side: u32,
+    pub(crate) side: HalfEdge,
     pub(crate) is_constraint: bool,
     /// The component of its triangle.
     pub(crate) component: u32,

@@ -4,6 +4,7 @@
 //! each is a region of its own, and only how many obstacles cover it depends on the rest. That is told by its *anchor*, an open
 //! component that is connected with it across constraints, and by how much deeper it lies than that.
 
+use crate::geometry::HalfEdge;
 use crate::mesh::NONE;
 use crate::pipeline::records::{Anchor, OpenSide};
 use crate::store::format::components::joined;
@@ -33,7 +34,7 @@ impl Components {
         let (mut of_triangles, found) = joined(core);
         let mut is_open = vec![false; found as usize];
         for side in open_sides {
-            is_open[of_triangles[(side.side / 3) as usize] as usize] = true;
+            is_open[of_triangles[side.side.triangle() as usize] as usize] = true;
         }
         let mut numbers = vec![NONE; found as usize];
         let (open, closed): (Vec<usize>, Vec<usize>) = (0..found as usize).partition(|&component| is_open[component]);
@@ -59,7 +60,8 @@ impl Components {
             let (side, source) = of_side[0];
             let twin = core.neighbours.as_flattened()[side as usize];
             Link {
-                sides: [side / 3, twin.triangle_or_more()].map(|triangle| self.of_triangles[triangle as usize]),
+                sides: [HalfEdge(side).triangle(), twin.triangle_or_more()]
+                    .map(|triangle| self.of_triangles[triangle as usize]),
                 change: of_side.iter().map(|(_, source)| source.depth_change()).sum(),
                 source,
             }

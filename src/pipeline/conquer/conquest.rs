@@ -200,7 +200,9 @@ impl Conquest {
             constraint_edges: leaf.constraint_edges,
             components: leaf.components.count,
             open_components: leaf.components.open,
-            ..TileState::default()
+            // Known once its border is put together.
+            border_triangles: 0,
+            owned_triangles: 0,
         };
         let seeded = leaf.seeded.iter().map(|&component| (tile.0, component));
         found.seeded.extend(seeded);

@@ -180,7 +180,7 @@ pub(crate) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &L
                 .map_err(LeafError::OpenRing)?;
         }
         for side in &mut open_sides {
-            side.component = components.of_triangles[(side.side / 3) as usize];
+            side.component = components.of_triangles[side.side.triangle() as usize];
         }
         leaf.seeded = seeded(&core, cell, &components, &rules.seeds);
         if components.count > 1 {
@@ -246,12 +246,12 @@ fn take_edges(core: &mut CoreDraft, pieces: &[Piece]) -> Vec<Piece> {
     if pieces.is_empty() {
         return Vec::new();
     }
-    let mut within: Vec<([u32; 2], u32)> = Vec::new();
+    let mut within: Vec<([u32; 2], HalfEdge)> = Vec::new();
     let sides = core.neighbours.iter().zip(&core.constraints).zip(&core.triangles);
-    for (((neighbours, bits), corners), first) in sides.zip((0u32..).step_by(3)) {
+    for (((neighbours, bits), corners), triangle) in sides.zip(0u32..) {
         for (s, &twin) in neighbours.iter().enumerate().filter(|(s, _)| bits >> s & 1 == 1) {
-            let side = first + s as u32;
-            if twin.get().is_some_and(|twin| side < twin.0) {
+            let side = HalfEdge::new(triangle, s as u32);
+            if twin.get().is_some_and(|twin| side < twin) {
                 let (from, to) = (corners[s], corners[(s + 1) % 3]);
                 within.push(([from.min(to), from.max(to)], side));
             }
@@ -269,18 +269,18 @@ fn take_edges(core: &mut CoreDraft, pieces: &[Piece]) -> Vec<Piece> {
         while edges.next_if(|(ends, _)| *ends < piece.ends).is_some() {}
         match edges.peek() {
             Some(&&(ends, side)) if ends == piece.ends => {
-                let from = core.triangles[(side / 3) as usize][(side % 3) as usize];
+                let from = core.triangles.as_flattened()[side.index()];
                 let source = if from == ends[0] {
                     piece.source
                 } else {
                     piece.source.reversed()
                 };
-                core.edge_sources.push((side, source));
+                core.edge_sources.push((side.0, source));
             }
             _ => elsewhere.push(*piece),
         }
     }
-    let triangle = |&(side, _): &(u32, EdgeSource)| side / 3;
+    let triangle = |&(side, _): &(u32, EdgeSource)| HalfEdge(side).triangle();
     core.edge_sources = bucket_sort(&core.edge_sources, core.triangles.len(), triangle, |&both| both);
     elsewhere
 }
@@ -316,7 +316,7 @@ fn core_triangles(workspace: &Workspace, core: &mut CoreDraft) -> Vec<OpenSide> 
             open_sides.push(OpenSide {
                 from: corners[s],
                 to: corners[(s + 1) % 3],
-                side: 3 * core.triangles.len() as u32 + s as u32,
+                side: HalfEdge::new(core.triangles.len() as u32, s as u32),
                 is_constraint: bits >> s & 1 == 1,
                 component: 0,
             });

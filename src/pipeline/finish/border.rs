@@ -95,7 +95,7 @@ fn edge_sources(mesh: &BorderMesh, edges: impl Iterator<Item = ([u32; 2], EdgeSo
         let place = mesh.sides.partition_point(|side| side.edge < ends);
         let side = mesh.sides.get(place).filter(|side| side.edge == ends)?;
         let is_along = mesh.from(side) == from;
-        Some((side.side, if is_along { source } else { source.reversed() }))
+        Some((side.side.0, if is_along { source } else { source.reversed() }))
     };
     let found = edges.map(on_side);
     // An edge that is done has triangles, and those around its first end are all in the tile.
@@ -122,18 +122,18 @@ fn edges(mut along: Vec<([u32; 2], EdgeSource)>) -> (Vec<[u32; 2]>, Vec<(u32, Ed
 fn link(mesh: &BorderMesh) -> (Vec<[Twin; 3]>, Vec<(u32, u32)>) {
     let mut neighbours = vec![[Twin::Hull; 3]; mesh.late.len()];
     let mut core_links = Vec::new();
-    let mut set = |side: u32, twin: Twin| {
-        if let Some(side) = side.checked_sub(mesh.core_sides) {
-            neighbours.as_flattened_mut()[side as usize] = twin;
+    let mut set = |side: HalfEdge, twin: Twin| {
+        if let Some(late) = side.triangle().checked_sub(mesh.core_triangles) {
+            neighbours[late as usize][side.corner() as usize] = twin;
         }
     };
     for pair in mesh.edges() {
         match pair {
             [one, other] => {
-                set(one.side, Twin::HalfEdge(HalfEdge(other.side)));
-                set(other.side, Twin::HalfEdge(HalfEdge(one.side)));
-                if one.side < mesh.core_sides {
-                    core_links.push((one.side, other.side));
+                set(one.side, Twin::HalfEdge(other.side));
+                set(other.side, Twin::HalfEdge(one.side));
+                if one.side.triangle() < mesh.core_triangles {
+                    core_links.push((one.side.0, other.side.0));
                 }
             }
             // Both ends belong to other tiles, and so does the triangle across, if there is one.
@@ -151,7 +151,11 @@ fn vertex_sides(mesh: &BorderMesh) -> Vec<(u32, u32)> {
     // Where the star of a vertex lies partly in the core, an open side ends its core part.
     let mut in_core: Vec<u32> = mesh.open_sides.iter().flat_map(|o| [o.from, o.to]).collect();
     in_core.sort_unstable();
-    let corners = mesh.late.iter().flat_map(|late| late.corners).zip(mesh.core_sides..);
+    let corners = mesh
+        .late
+        .iter()
+        .flat_map(|late| late.corners)
+        .zip(3 * mesh.core_triangles..);
     let mut sides: Vec<(u32, u32)> = corners
         .filter(|(corner, _)| *corner < mesh.vertices && in_core.binary_search(corner).is_err())
         .collect();

@@ -1,8 +1,9 @@
 //! What lies around the core of a tile: its late triangles and the open sides of its core, found side by side by their edges.
 
 use crate::collections::bucket_sort::bucket_sort;
+use crate::geometry::HalfEdge;
 use crate::geometry::Rect;
-use crate::mesh::{NONE, WALLS};
+use crate::mesh::WALLS;
 use crate::pipeline::output::border_log::GroupBorders;
 use crate::pipeline::records::{LateTriangle, OpenSide, SeamVertex, TileState};
 use crate::store::{TileId, VertexId};
@@ -13,8 +14,8 @@ pub(crate) struct BorderMesh {
     tile: TileId,
     /// Vertices of the tile; corners from here on are foreign.
     pub(crate) vertices: u32,
-    /// Sides of the core; those from here on are of late triangles, in order.
-    pub(crate) core_sides: u32,
+    /// Triangles of the core; those from here on are late ones, in order.
+    pub(crate) core_triangles: u32,
     pub(crate) open_sides: Vec<OpenSide>,
     /// The vertices of other tiles, in order.
     pub(crate) foreign: Vec<SeamVertex>,
@@ -47,8 +48,8 @@ pub(crate) struct EdgeSide {
     /// Corners, the smaller first.
     pub(crate) edge: [u32; 2],
     /// Through core and late triangles.
-    pub(crate) side: u32,
-    /// Of open sides, which.
+    pub(crate) side: HalfEdge,
+    /// Where the side is open: its place among open sides. Else of no meaning.
     open: u32,
 }
 
@@ -87,7 +88,7 @@ impl BorderMesh {
         let mut this = Self {
             tile,
             vertices,
-            core_sides: 3 * state.core_triangles,
+            core_triangles: state.core_triangles,
             open_sides: group.sides_of(tile),
             foreign,
             late: Vec::with_capacity(triangles.len()),
@@ -138,10 +139,10 @@ impl BorderMesh {
         let mut sides = Vec::with_capacity(self.open_sides.len() + 3 * self.late.len());
         let open = self.open_sides.iter().zip(0..);
         sides.extend(open.map(|(open, place)| on(open.from, open.to, open.side, place)));
-        for (late, first) in self.late.iter().zip((self.core_sides..).step_by(3)) {
+        for (late, triangle) in self.late.iter().zip(self.core_triangles..) {
             let [a, b, c] = late.corners;
-            sides
-                .extend([(a, b, first), (b, c, first + 1), (c, a, first + 2)].map(|(a, b, side)| on(a, b, side, NONE)));
+            let [ab, bc, ca] = HalfEdge::of_triangle(triangle);
+            sides.extend([(a, b, ab), (b, c, bc), (c, a, ca)].map(|(from, to, side)| on(from, to, side, 0)));
         }
         let corners = (self.vertices as usize) + self.foreign.len();
         bucket_sort(&sides, corners, |side| side.edge[0], |side| (side.edge[1], side.side))
@@ -156,9 +157,9 @@ impl BorderMesh {
     }
 
     /// The late triangle of a side, if it is one's, and the side's place in it.
-    fn late_of(&self, side: u32) -> Option<(&Late, usize)> {
-        let side = side.checked_sub(self.core_sides)?;
-        Some((&self.late[(side / 3) as usize], (side % 3) as usize))
+    fn late_of(&self, side: HalfEdge) -> Option<(&Late, usize)> {
+        let late = side.triangle().checked_sub(self.core_triangles)?;
+        Some((&self.late[late as usize], side.corner() as usize))
     }
 
     /// The corner from which a side starts.

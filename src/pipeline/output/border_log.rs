@@ -13,6 +13,7 @@ use std::ops::Range;
 use std::os::unix::fs::FileExt;
 use std::sync::Arc;
 
+use crate::geometry::HalfEdge;
 use crate::geometry::Point;
 use crate::mesh::WALLS;
 use crate::pipeline::records::{Anchor, DoneEdge, GroupChunks, KINDS, LateTriangle, OpenSide, SeamVertex};
@@ -153,7 +154,7 @@ impl BorderLog {
         let buffer = &mut self.groups[group].buffers[SIDES];
         for side in sides {
             let mark = if side.is_constraint { CONSTRAINT } else { 0 };
-            for word in [tile.0, side.from, side.to, side.side | mark, side.component] {
+            for word in [tile.0, side.from, side.to, side.side.0 | mark, side.component] {
                 buffer.extend_from_slice(&word.to_le_bytes());
             }
         }
@@ -431,7 +432,7 @@ impl GroupBorders {
         let open = sides.map(|[_, from, to, side, component]| OpenSide {
             from,
             to,
-            side: side & !CONSTRAINT,
+            side: HalfEdge(side & !CONSTRAINT),
             is_constraint: side & CONSTRAINT != 0,
             component,
         });

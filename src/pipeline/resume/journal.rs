@@ -110,7 +110,8 @@ impl SavedPlan {
             sources: from.list(source)?,
             crs: from.list(Decoder::text)?.pop(),
             memo: from.text()?,
-            ..Description::default()
+            // Builds with lines are not saved.
+            lines: Vec::new(),
         };
         let next_record = from.u64()?;
         let run = |from: &mut Decoder<'_>| {
@@ -191,7 +192,12 @@ fn decode(bytes: &[u8]) -> Option<(FinishedBlock, Seam)> {
             vertices: from.u32()?,
             core_triangles: from.u32()?,
             bounds: from.rect()?,
-            ..TileState::default()
+            // Borders come after the journal, and builds with lines have none.
+            border_triangles: 0,
+            owned_triangles: 0,
+            constraint_edges: 0,
+            components: 0,
+            open_components: 0,
         })
     };
     let level = |from: &mut Decoder<'_>| {

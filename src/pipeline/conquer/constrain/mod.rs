@@ -182,17 +182,18 @@ pub(crate) fn constrain_node(
 
 /// Triangles with their adjacency, found by their edges, between so many vertices.
 pub(crate) fn glued(triangles: Vec<[u32; 3]>, vertices: usize) -> Triangulation {
-    let ends = |side: u32| {
-        let (corners, s) = (triangles[(side / 3) as usize], (side % 3) as usize);
-        let (from, to) = (corners[s], corners[(s + 1) % 3]);
+    let origins = triangles.as_flattened();
+    let ends = |side: HalfEdge| {
+        let (from, to) = (origins[side.index()], origins[side.next().index()]);
         [from.min(to), from.max(to)]
     };
-    let sides: Vec<([u32; 2], u32)> = (0..3 * triangles.len() as u32).map(|side| (ends(side), side)).collect();
+    let sides = (0..origins.len() as u32).map(HalfEdge);
+    let sides: Vec<([u32; 2], HalfEdge)> = sides.map(|side| (ends(side), side)).collect();
     let sides = bucket_sort(&sides, vertices, |(ends, _)| ends[0], |&(ends, side)| (ends[1], side));
     let mut neighbours = vec![[PackedHalfEdge::NONE; 3]; triangles.len()];
     for pair in sides.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
         for (side, other) in [(pair[0].1, pair[1].1), (pair[1].1, pair[0].1)] {
-            neighbours[(side / 3) as usize][(side % 3) as usize] = HalfEdge(other).into();
+            neighbours.as_flattened_mut()[side.index()] = other.into();
         }
     }
     Triangulation {
