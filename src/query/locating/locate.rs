@@ -52,7 +52,7 @@ impl TileReader {
     /// # tokio::runtime::Runtime::new()?.block_on(async {
     /// # let points: Vec<Point> = (0..2500).map(|i| Point::new(f64::from(i % 50), f64::from(i / 50))).collect();
     /// # let z = points.iter().map(|p| p.x + 2.0 * p.y).collect();
-    /// # let options = BuildOptions { tile_vertices: 100, ..BuildOptions::default() };
+    /// # let options = BuildOptions::default().tile_vertices(100);
     /// # let mut builder = Builder::new(&path, options)?;
     /// # builder.push(&PointBatch { records: (0..2500).collect(), points, z }).await?;
     /// # builder.finish().await?;
