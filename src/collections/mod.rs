@@ -1,5 +1,6 @@
 //! Data structures and sorts that know nothing of triangulations.
 
 pub(crate) mod bucket_sort;
+pub(crate) mod keyed;
 pub(crate) mod mix;
 pub(crate) mod union_find;

@@ -19,45 +19,32 @@ pub enum Flaw {
     NoSuchPoint { index: u64, first: u64, last: u64 },
     #[error("a number, x and y are due, and the row is `{row}`")]
     PolyHole { row: String },
-    #[cfg(feature = "text")]
     #[error("the row has {count} of {needed} fields: `{row}`")]
     TooFewFields { count: usize, needed: usize, row: String },
-    #[cfg(feature = "text")]
     #[error("{axis} is `{field}`, not a number{}", comma_advice(*has_comma))]
     NoNumber { axis: char, field: String, has_comma: bool },
-    #[cfg(feature = "text")]
     #[error("four numbers x1,y1,x2,y2 are due, and the row is `{row}`")]
     SegmentRow { row: String },
-    #[cfg(feature = "text")]
     #[error("the row has no column {column} for the id: `{row}`")]
     NoIdColumn { column: usize, row: String },
-    #[cfg(feature = "geojson")]
     #[error("an element of the position is not a number")]
     StrangePosition,
-    #[cfg(feature = "geojson")]
     #[error("the position has {length} of at least 2 elements")]
     ShortPosition { length: usize },
-    #[cfg(feature = "geojson")]
     #[error("this is a {kind}; obstacles are Polygons and MultiPolygons")]
     NoPolygon { kind: String },
-    #[cfg(feature = "geojson")]
     #[error("there is no property `{field}`, which the id is to come from")]
     NoIdProperty { field: String },
-    #[cfg(feature = "geojson")]
     #[error("the id is neither text nor a number")]
     StrangeId,
-    #[cfg(any(feature = "text", feature = "geojson"))]
     #[error("the id is not in UTF-8")]
     IdNotUtf8,
-    #[cfg(any(feature = "text", feature = "geojson"))]
     #[error("the id is empty")]
     EmptyId,
-    #[cfg(any(feature = "text", feature = "geojson"))]
     #[error("the id has {length} bytes, and may have {most}")]
     LongId { length: usize, most: usize },
 }
 
-#[cfg(feature = "text")]
 fn comma_advice(has_comma: bool) -> &'static str {
     match has_comma {
         true => " (a decimal comma? write decimal points)",

@@ -40,28 +40,6 @@ impl SegmentBatch {
     }
 }
 
-/// Ends whose z is not as the others'.
-#[derive(Default)]
-struct OddEnds {
-    /// Those that had none.
-    padded: u64,
-    /// Those whose z was left out.
-    cut: u64,
-}
-
-impl OddEnds {
-    /// What a person should know of them.
-    fn notes(&self, path: &Path) -> Vec<String> {
-        let path = shown::path(path);
-        let padded = (self.padded > 0).then(|| format!("{path}: {} ends have no z, and others have", self.padded));
-        let cut = (self.cut > 0).then(|| {
-            let cut = self.cut;
-            format!("{path}: the z of {cut} ends is not kept, since the first position of no file has one")
-        });
-        padded.into_iter().chain(cut).collect()
-    }
-}
-
 /// What the reader of a file with segments counts.
 #[derive(Default)]
 pub struct LineTally {
@@ -79,7 +57,9 @@ pub struct LineTotals {
     first_polygon: u64,
     /// One more than the largest line that is known by now.
     pub lines: u64,
-    odd: OddEnds,
+    /// Ends of the file at hand that had no z, and those whose z was left out.
+    padded: u64,
+    cut: u64,
 }
 
 impl Batch for SegmentBatch {
@@ -109,7 +89,12 @@ impl Totals<SegmentBatch> for LineTotals {
     }
 
     fn notes(&mut self, path: &Path) -> Vec<String> {
-        std::mem::take(&mut self.odd).notes(path)
+        let path = shown::path(path);
+        let (padded, cut) = (std::mem::take(&mut self.padded), std::mem::take(&mut self.cut));
+        let padded = (padded > 0).then(|| format!("{path}: {padded} ends have no z, and others have"));
+        let cut = (cut > 0)
+            .then(|| format!("{path}: the z of {cut} ends is not kept, since the first position of no file has one"));
+        padded.into_iter().chain(cut).collect()
     }
 }
 
@@ -119,8 +104,8 @@ impl Sink<'_, SegmentBatch> {
         self.batch.ends.push(ends.map(|end| end.point));
         self.batch.lines.push(self.totals.first_line + line);
         for end in ends {
-            self.totals.odd.padded += u64::from(self.wants_z && end.z.is_none());
-            self.totals.odd.cut += u64::from(!self.wants_z && end.z.is_some());
+            self.totals.padded += u64::from(self.wants_z && end.z.is_none());
+            self.totals.cut += u64::from(!self.wants_z && end.z.is_some());
         }
         if self.wants_z {
             self.batch.z.push(ends.map(|end| end.z.unwrap_or(f64::NAN)));

@@ -12,8 +12,8 @@
 //! The rest of this page is about points; the others say on their own pages what they read, count and keep.
 //!
 //! In: paths (or streams) in any mix of the formats below, and [`InputOptions`]. Out: [`PointBatch`]es in input order,
-//! every point valid ([`Point::is_valid`]), normalized ([`Point::normalized`]) and with its record number. Why one stream:
-//! several files are one point set, and whoever triangulates must not know formats.
+//! every point [valid](crate::geometry::Point::is_valid), [normalized](crate::geometry::Point::normalized) and with its
+//! record number. Why one stream: several files are one point set, and whoever triangulates must not know formats.
 //!
 //! ```text
 //!   paths ─> PointSource ─> one reader at a time ─> Sink ─> PointBatch
@@ -66,6 +66,10 @@
 mod bytes;
 mod caught;
 mod error;
+#[cfg_attr(
+    not(all(feature = "text", feature = "geojson")),
+    allow(dead_code, reason = "most flaws are of records in text or GeoJSON")
+)]
 mod flaw;
 mod formats;
 mod lines;
@@ -73,6 +77,10 @@ mod options;
 mod points;
 mod reader;
 mod sample;
+#[cfg_attr(
+    not(any(feature = "text", feature = "geojson")),
+    allow(dead_code, reason = "sites are read from text and GeoJSON alone")
+)]
 mod sites;
 mod source;
 mod spot;

@@ -119,7 +119,7 @@ impl Reading {
     }
 
     /// Fails if it was stopped.
-    pub fn check(&self) -> Result<(), InputError> {
+    pub(super) fn check(&self) -> Result<(), InputError> {
         match self.is_stopped() {
             true => Err(InputError::Stopped),
             false => Ok(()),
@@ -128,7 +128,7 @@ impl Reading {
 
     /// Fails if it was stopped, within a reader of bytes; [`Watch::explain`] makes the error of it
     /// that a caller gets.
-    pub fn check_io(&self) -> io::Result<()> {
+    pub(super) fn check_io(&self) -> io::Result<()> {
         match self.is_stopped() {
             true => Err(io::Error::other("reading was stopped")),
             false => Ok(()),

@@ -115,20 +115,28 @@ impl<'m> Around<'m> {
     }
 }
 
+impl Around<'_> {
+    /// After the end of a fan.
+    #[inline(never)]
+    fn next_fan(&mut self, end: StarEnd) {
+        self.star = None;
+        if let StarEnd::Hull(_) = end {
+            let first = self.mesh.boundary.leaving(self.vertex, self.fans);
+            self.star = first.map(|first| self.mesh.mesh.star(first));
+            self.fans += 1;
+        }
+    }
+}
+
 impl Iterator for Around<'_> {
     type Item = HalfEdge;
 
+    #[inline]
     fn next(&mut self) -> Option<HalfEdge> {
         let star = self.star.as_mut()?;
         let leaving = star.next();
-        match star.end() {
-            None => {}
-            Some(StarEnd::Hull(_)) => {
-                let first = self.mesh.boundary.leaving(self.vertex, self.fans);
-                self.star = first.map(|first| self.mesh.mesh.star(first));
-                self.fans += 1;
-            }
-            Some(_) => self.star = None,
+        if let Some(end) = star.end() {
+            self.next_fan(end);
         }
         leaving
     }

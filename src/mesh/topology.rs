@@ -84,7 +84,8 @@ pub trait Topology {
         Star {
             topology: self,
             first,
-            next: Ok(first),
+            next: first,
+            end: None,
             left: self.triangle_count(),
         }
     }
@@ -188,7 +189,10 @@ pub enum StarError {
 pub struct Star<'t, T: ?Sized> {
     topology: &'t T,
     first: HalfEdge,
-    next: Result<HalfEdge, StarEnd>,
+    /// What comes next, unless this is the end.
+    next: HalfEdge,
+    end: Option<StarEnd>,
+    /// Half-edges that may still come.
     left: u32,
 }
 
@@ -197,7 +201,7 @@ impl<T: ?Sized> Star<'_, T> {
     #[inline]
     #[must_use]
     pub fn end(&self) -> Option<StarEnd> {
-        self.next.err()
+        self.end
     }
 }
 
@@ -206,16 +210,19 @@ impl<T: Topology + ?Sized> Iterator for Star<'_, T> {
 
     #[inline]
     fn next(&mut self) -> Option<HalfEdge> {
-        let leaving = self.next.ok()?;
+        if self.end.is_some() {
+            return None;
+        }
+        let leaving = self.next;
         let arriving = leaving.prev();
-        self.left = self.left.saturating_sub(1);
-        self.next = match self.topology.twin(arriving) {
-            Twin::HalfEdge(next) if next == self.first => Err(StarEnd::Closed),
-            Twin::HalfEdge(_) if self.left == 0 => Err(StarEnd::Endless),
-            Twin::HalfEdge(next) => Ok(next),
-            Twin::Hull => Err(StarEnd::Hull(arriving)),
-            Twin::Elsewhere => Err(StarEnd::Elsewhere(arriving)),
-        };
+        self.left = self.left.wrapping_sub(1);
+        match self.topology.twin(arriving) {
+            Twin::HalfEdge(next) if next == self.first => self.end = Some(StarEnd::Closed),
+            Twin::HalfEdge(_) if self.left == 0 => self.end = Some(StarEnd::Endless),
+            Twin::HalfEdge(next) => self.next = next,
+            Twin::Hull => self.end = Some(StarEnd::Hull(arriving)),
+            Twin::Elsewhere => self.end = Some(StarEnd::Elsewhere(arriving)),
+        }
         Some(leaving)
     }
 }

@@ -345,6 +345,7 @@ impl FromStr for Duplicates {
 
 /// The phases of a build, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum Phase {
     /// Points come in.

@@ -7,6 +7,7 @@ use crate::pipeline::options::Phase;
 
 /// What a finished build tells of itself.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct BuildSummary {
     /// Points that came in.
     pub points: u64,
@@ -67,6 +68,7 @@ pub struct BuildSummary {
 
 /// Time and bytes of a phase.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct PhaseSummary {
     /// Which.
     pub phase: Phase,
@@ -80,6 +82,7 @@ pub struct PhaseSummary {
 
 /// One level of the merge tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct LevelSummary {
     /// Nodes of this level.
     pub nodes: u64,
@@ -103,6 +106,7 @@ impl LevelSummary {
 
 /// Who waited for whom while blocks were conquered and merged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Waits {
     /// The time that computing threads were idle because no block was in memory, summed over the threads.
     pub computing_for_blocks: Duration,

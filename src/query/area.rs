@@ -16,6 +16,8 @@ use crate::geometry::{Orientation, Point, orient2d};
 use crate::store::TileReader;
 
 /// A piece of the area within a walking distance: what of a convex polygon is within reach of a point that sees all of it.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct AreaPiece {
@@ -240,12 +242,15 @@ fn beyond(root: Point, [right, left]: [Point; 2], rays: [Point; 2], reach: f64) 
     corners
 }
 
+/// The area within a walking distance.
 impl TileReader {
     /// The area within a walking distance of a point, in pieces, those found first nearer. A point is in the area if and only if it is in
     /// a piece; the pieces of one root do not overlap, those of several may. Outside the hull there are pieces, too, if that is free.
     ///
     /// A radius that is not a number, or negative, has no pieces; one above [`Point::MAX_MAGNITUDE`] counts as that. Ends and limits as
     /// [`nearest_sites`](Self::nearest_sites); what came before a limit was reached is a part of the area.
+    ///
+    /// [Examples](crate::query#examples).
     pub fn area_within(
         &self,
         at: Point,

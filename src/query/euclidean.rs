@@ -10,10 +10,14 @@ use futures::stream;
 use futures::stream::Stream;
 
 use super::request::{QueryError, QueryOptions, Tiles};
+use crate::collections::keyed::Keyed;
 use crate::geometry::{Point, Rect};
+use crate::query::answer::distance::distance_to_rect;
 use crate::store::{KdNode, Tile, TileId, TileReader, Vertex};
 
 /// A vertex or a site, by Euclidean distance.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Near {
@@ -28,36 +32,12 @@ pub struct Near {
 }
 
 /// A thing in the queue: by the bits of its distance, then cells before things in them, then by number.
-#[derive(Debug)]
-struct Entry {
-    key: (u64, u8, u64),
-    thing: Thing,
-}
+type Entry = Keyed<(u64, u8, u64), Thing>;
 
 #[derive(Debug)]
 enum Thing {
     Cell(u32, Rect),
     Near(Near),
-}
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.key == other.key
-    }
-}
-
-impl Eq for Entry {}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.key.cmp(&other.key)
-    }
 }
 
 struct Search {
@@ -68,22 +48,15 @@ struct Search {
     open: BinaryHeap<Reverse<Entry>>,
 }
 
-/// How far a rectangle is, computed so that rounding makes it no farther than any point in it.
-fn distance(at: Point, rect: Rect) -> f64 {
-    let gap = |v: f64, min: f64, max: f64| (min - v).max(v - max).max(0.0);
-    let (dx, dy) = (gap(at.x, rect.min_x, rect.max_x), gap(at.y, rect.min_y, rect.max_y));
-    (dx * dx + dy * dy).sqrt()
-}
-
 impl Search {
     fn push_cell(&mut self, node: u32, cell: Rect) {
         if cell.is_empty() {
             return;
         }
-        let key = (distance(self.at, cell).to_bits(), 0, node.into());
+        let key = (distance_to_rect(self.at, cell).to_bits(), 0, node.into());
         self.open.push(Reverse(Entry {
             key,
-            thing: Thing::Cell(node, cell),
+            value: Thing::Cell(node, cell),
         }));
     }
 
@@ -94,12 +67,12 @@ impl Search {
             .unwrap_or(u64::from(vertex.tile.0) << 32 | u64::from(vertex.index));
         self.open.push(Reverse(Entry {
             key: (near.distance.to_bits(), 1, number),
-            thing: Thing::Near(near),
+            value: Thing::Near(near),
         }));
     }
 
     fn push_tile(&mut self, tile: &Tile) {
-        let far = |point: Point| distance(self.at, Rect::around([point]));
+        let far = |point: Point| distance_to_rect(self.at, Rect::around([point]));
         let mut found = Vec::new();
         if self.wants_sites {
             found.extend(tile.sites().map(|site| {
@@ -126,8 +99,8 @@ impl Search {
     }
 
     async fn next(&mut self) -> Result<Option<Near>, QueryError> {
-        while let Some(Reverse(Entry { thing, key })) = self.open.pop() {
-            let (node, cell) = match thing {
+        while let Some(Reverse(Entry { value, key })) = self.open.pop() {
+            let (node, cell) = match value {
                 Thing::Near(near) => return Ok(Some(near)),
                 Thing::Cell(node, cell) => (node, cell),
             };
@@ -155,9 +128,12 @@ impl Search {
     }
 }
 
+/// What is nearest as the crow flies.
 impl TileReader {
     /// The vertices by their Euclidean distance from a point, the nearest first; of equally distant ones the first by number.
     /// Ends and limits as [`nearest_sites`](Self::nearest_sites), but obstacles are none.
+    ///
+    /// [Examples](crate::query#examples).
     pub fn vertices_by_air(
         &self,
         at: Point,
@@ -167,6 +143,8 @@ impl TileReader {
     }
 
     /// The sites by their Euclidean distance from a point; otherwise as [`vertices_by_air`](Self::vertices_by_air).
+    ///
+    /// [Examples](crate::query#examples).
     pub fn sites_by_air(
         &self,
         at: Point,

@@ -21,6 +21,8 @@ use crate::geometry::Point;
 use crate::store::{ReadError, TileReader};
 
 /// How far it is from one of some points to one of others.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct PairDistance {
@@ -35,6 +37,8 @@ pub struct PairDistance {
 }
 
 /// How a question for a distance ends.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum DistanceOutcome {
@@ -222,6 +226,7 @@ impl<T> Drop for Owned<T> {
     }
 }
 
+/// Walking distances of many to many.
 impl TileReader {
     /// The walking distances between all points of one list and all of another: many to many.
     ///
@@ -233,6 +238,8 @@ impl TileReader {
     /// Each wave is a query with these options; finding the points comes before and is free. A wave that used up what it may use
     /// leaves [`DistanceOutcome::OutOfBudget`] for what it did not reach. Otherwise the stream ends as
     /// [`nearest_sites`](Self::nearest_sites).
+    ///
+    /// [Examples](crate::query#examples).
     pub fn distance_matrix(
         &self,
         from: Vec<Point>,

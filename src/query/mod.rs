@@ -15,6 +15,72 @@
 //!   euclidean                              as the crow flies
 //!   baselines                              the same by others' methods, to be measured (feature `baselines`)
 //! ```
+//!
+//! # Examples
+//!
+//! A town with a wall, and a shop on each side of that:
+//!
+//! ```
+//! use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
+//! use delaunay_tiles::query::{DistanceOutcome, Footing, PathOutcome, Progress, QueryOptions};
+//! use delaunay_tiles::store::LineKind;
+//! use delaunay_tiles::{BuildOptions, Builder, OpenOptions, Point, TileReader};
+//! use futures::TryStreamExt;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("town.tiles");
+//! # tokio::runtime::Runtime::new()?.block_on(async {
+//! let mut builder = Builder::new(&path, BuildOptions::default())?;
+//! let wall = [Point::new(10.0, 0.0), Point::new(10.0, 16.0)];
+//! let walls = SegmentBatch { ends: vec![wall], lines: vec![0], ..SegmentBatch::default() };
+//! builder.push_lines(LineKind::Wall, 0, &walls)?;
+//! let shops = [Point::new(2.0, 8.0), Point::new(18.0, 8.0)];
+//! let ids = (0..2).map(SiteId::Number).collect();
+//! builder.push_sites(&SiteBatch { points: shops.to_vec(), ids, ..SiteBatch::default() })?;
+//! let points = (0..441).map(|i| Point::new(f64::from(i % 21), f64::from(i / 21))).collect();
+//! builder.push(&PointBatch { records: (0..441).collect(), points, z: Vec::new() }).await?;
+//! builder.finish().await?;
+//! let town = TileReader::open(&path, OpenOptions::default()).await?;
+//! let options = QueryOptions::default;
+//! let home = Point::new(8.5, 8.0);
+//! assert_eq!(town.footing(home, options()).await?, Footing::Free);
+//!
+//! // The nearest sites, in walking distance and as the crow flies.
+//! let sites: Vec<_> = town.nearest_sites(home, options()).try_collect().await?;
+//! let near: Vec<_> = town.sites_by_air(home, options()).try_collect().await?;
+//! assert_eq!([sites[1].number, near[1].site.unwrap()], [1, 1]);
+//! assert!(near[1].distance == 9.5 && sites[1].distance.lower > 19.0);
+//!
+//! // A path, proved, that bends round the end of the wall; and a short one along edges.
+//! let way = town.shortest_path(home, shops[1], options().certified()).await?;
+//! let PathOutcome::Found(way) = way else { panic!("it is free") };
+//! assert_eq!(way.points, [home, wall[1], shops[1]]);
+//! let along_edges = town.cdt_distance(home, shops[1], options()).await?;
+//! assert!(along_edges.is_some_and(|edges| edges.distance.upper >= way.distance.lower));
+//!
+//! // The same at once, with bounds, before the exact one.
+//! let mut answers = town.shortest_path_progressive(home, shops[1], options());
+//! while let Some(Progress::Fast { answer: PathOutcome::Found(fast), exact }) = answers.try_next().await? {
+//!     assert!(fast.distance.upper >= way.distance.lower && exact.tiles > 0);
+//! }
+//!
+//! // Distances between all of some points and all of others.
+//! let pairs: Vec<_> = town.distance_matrix(vec![home], shops.to_vec(), options()).try_collect().await?;
+//! let DistanceOutcome::Found(distance) = pairs[1].outcome else { panic!("it is free") };
+//! assert!((distance.value - way.distance.value).abs() < 1e-9);
+//!
+//! // The nearest site from each point of a street, and all that is within reach.
+//! let street = [Point::new(0.0, 8.0), Point::new(20.0, 8.0)];
+//! let along: Vec<_> = town.nearest_along(street[0], street[1], 1, options()).try_collect().await?;
+//! assert!(along.len() == 2 && (along[0].to_t - 0.5).abs() < 1e-9);
+//! let area: Vec<_> = town.area_within(home, 5.0, options()).try_collect().await?;
+//! let is_near = |point| area.iter().any(|piece| piece.contains(point));
+//! assert!(is_near(Point::new(8.0, 4.0)) && !is_near(Point::new(11.0, 8.0)));
+//! # Ok(())
+//! # })
+//! # }
+//! ```
 
 mod along;
 mod answer;

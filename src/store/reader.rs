@@ -10,6 +10,7 @@ use futures::future;
 use super::borders_ahead::{BorderAhead, BordersAhead};
 use super::cache::TileKey;
 use super::error::ReadError;
+use super::format::damage::Damage;
 use super::format::superblock::{FIRST_EXTENT, InForce, Superblock};
 use super::{Cache, Directory, Extent, FileId, PinnedTile, Tile, TileEntry, TileId};
 use crate::io::{self as files, Backend, ReadAt};
@@ -126,9 +127,10 @@ impl TileReader {
             file: Arc::clone(&name),
             reason,
         };
+        let damaged = |damage: Damage| invalid(damage.into());
         let length = source.length();
         let head = source.read_at(0..length.min(FIRST_EXTENT)).await;
-        let in_force = Superblock::choose(&head.map_err(io("the superblocks"))?).map_err(invalid)?;
+        let in_force = Superblock::choose(&head.map_err(io("the superblocks"))?).map_err(damaged)?;
         let superblock = in_force.superblock;
         if superblock.file_length > length {
             let reason = format!("it is cut off: it has {length} bytes of {}", superblock.file_length);
@@ -146,8 +148,8 @@ impl TileReader {
         let start = superblock.directory_offset;
         let bytes = source.read_at(start..start + superblock.directory_length).await;
         let bytes = bytes.map_err(io("the directory"))?;
-        let directory = Directory::decode(&bytes, &superblock)
-            .map_err(|reason| invalid(format!("its directory is damaged: {reason}")))?;
+        let directory =
+            Directory::decode(&bytes, &superblock).map_err(|damage| damaged(damage.of("its directory is damaged")))?;
         // Caches go by the id: a file must not pass for another.
         if superblock.file_id != FileId::of(&bytes) {
             return Err(invalid("its id is not that of its directory".to_owned()));
@@ -383,6 +385,6 @@ impl Inner {
         // Checksums and range checks take milliseconds, which the runtime's workers do not have.
         let opened = files::blocking(move || Tile::open(id, &entry, &core, &border)).await;
         let tile = opened.map_err(ReadError::thread)?;
-        tile.map(Arc::new).map_err(|reason| self.damaged(id, reason))
+        tile.map(Arc::new).map_err(|damage| self.damaged(id, damage.into()))
     }
 }

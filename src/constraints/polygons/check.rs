@@ -17,6 +17,7 @@ use crate::store::LineKind;
 
 /// Where a polygon is inside out.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Inverted {
     /// The number of the polygon's record among all lines.
     pub obstacle: u64,

@@ -28,6 +28,8 @@ impl fmt::Debug for Guarded {
 
 impl HttpConnector for Guard {
     fn connect(&self, options: &ClientOptions) -> object_store::Result<HttpClient> {
+        // The first provider of cryptography of a process stays; if the program has chosen one, it is that.
+        let _ = rustls::crypto::ring::default_provider().install_default();
         let client = ReqwestConnector::default().connect(options)?;
         Ok(HttpClient::new(Guarded(client)))
     }

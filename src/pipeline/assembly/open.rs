@@ -13,7 +13,7 @@ use crate::io::{Buffers, ThreadsFile};
 use crate::memory::plan::Shares;
 use crate::pipeline::assembly::Assembly;
 use crate::pipeline::assembly::prepare::Parts;
-use crate::pipeline::conquer::conquest::{Conquest, ConquestLimits};
+pub(crate) use crate::pipeline::conquer::conquest::{Conquest, ConquestLimits};
 use crate::pipeline::conquer::deferral::Deferral;
 use crate::pipeline::conquer::schedule::Board;
 use crate::pipeline::error::BuildError;

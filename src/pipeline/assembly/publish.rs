@@ -13,7 +13,7 @@ use crate::memory::machine::peak_memory;
 use crate::pipeline::assembly::Assembly;
 use crate::pipeline::assembly::open::InWork;
 use crate::pipeline::assembly::run::Ran;
-use crate::pipeline::conquer::conquest::Found;
+pub(crate) use crate::pipeline::conquer::conquest::Found;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::finish::borders::RegionTotals;
 use crate::pipeline::records::{GENERATION, TileState};

@@ -5,8 +5,7 @@
 //! component that is connected with it across constraints, and by how much deeper it lies than that.
 
 use crate::mesh::NONE;
-use crate::pipeline::records::Anchor;
-use crate::pipeline::records::OpenSide;
+use crate::pipeline::records::{Anchor, OpenSide};
 use crate::store::format::components::joined;
 use crate::store::{CoreDraft, EdgeSource};
 

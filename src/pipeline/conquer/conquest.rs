@@ -3,38 +3,33 @@
 use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use bytes::Bytes;
 use parking_lot::Mutex;
 
-use crate::constraints::crossings::first::FirstCrossings;
 use crate::constraints::seeds::HoleRules;
-use crate::constraints::segments::cells::segments_of_leaves;
-use crate::geometry::{Point, Rect};
-use crate::input::MissingZ;
+use crate::geometry::Rect;
 use crate::io::Buffers;
 use crate::memory::{HELD_WORK_BYTES, MemoryPlan, MemoryUse, SEAM_WORK_BYTES};
 use crate::pipeline::conquer::constrain::Final;
 use crate::pipeline::conquer::constrain::refusal::{Crossed, Overlaps, Refusal};
-use crate::pipeline::conquer::crossings::{LeafLines, in_leaves};
 use crate::pipeline::conquer::deferral::Deferral;
-use crate::pipeline::conquer::growth::SeamGrowth;
-use crate::pipeline::conquer::leaf::{LeafError, LeafInput, LeafRules, conquer, first_duplicate};
+pub(crate) use crate::pipeline::conquer::found::{ConquestLimits, Found};
+use crate::pipeline::conquer::leaf::{Leaf, LeafError, LeafInput, LeafRules, conquer};
 use crate::pipeline::conquer::merge::merge;
 use crate::pipeline::conquer::node::Workspace;
 use crate::pipeline::conquer::schedule::{BlockPoints, Board, Place, Task};
 use crate::pipeline::error::BuildError;
-use crate::pipeline::ingest::divide::{Division, divide};
-use crate::pipeline::ingest::missing_z::{Firsts, FoundWithoutZ};
-use crate::pipeline::options::{BuildOptions, Duplicates, Phase};
+use crate::pipeline::ingest::missing_z::Firsts;
+use crate::pipeline::options::{BuildOptions, Phase};
 use crate::pipeline::output::border_log::BorderLog;
 use crate::pipeline::output::ordered::{Closed, Ordered};
 use crate::pipeline::output::writer::{Sender, ToWrite};
-use crate::pipeline::records::{BlockFound, DoneEdge, GENERATION, Nexts, Pending, Seam, TileState};
+use crate::pipeline::records::{BlockFound, DoneEdge, GENERATION, Pending, Seam, TileState};
 use crate::pipeline::resume::journal::FinishedBlock;
 use crate::pipeline::summary::LevelSummary;
-use crate::store::{MAX_TILES, TileId};
+use crate::store::TileId;
 
 /// Conquers leaves and merges seams.
 pub(crate) struct Conquest {
@@ -52,56 +47,6 @@ pub(crate) struct Conquest {
     pub(crate) holes: HoleRules,
     /// Segments that are put off until the file is there.
     pub(crate) deferral: Arc<Deferral>,
-}
-
-/// What conquest must keep to, and what it knows of its input.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ConquestLimits {
-    /// All points.
-    pub(crate) points: u64,
-    /// Bytes that blocks may take, as long as there are any.
-    pub(crate) block_bytes: u64,
-    /// Whether finished blocks go to the journal.
-    pub(crate) has_journal: bool,
-}
-
-/// What tasks have found so far.
-#[derive(Default)]
-pub(crate) struct Found {
-    /// The blocks that were divided, in order.
-    pub(crate) blocks: Vec<BlockFound>,
-    /// Levels of nodes above the blocks.
-    pub(crate) levels: Vec<LevelSummary>,
-    /// Why there is no going on.
-    pub(crate) failed: Option<BuildError>,
-    /// Where they are an error: the first record on an earlier one, after that, and their place.
-    first_duplicate: Option<([u64; 2], Point)>,
-    growth: SeamGrowth,
-    /// Points of the leaves that are done.
-    points_done: u64,
-    /// Segments that cross.
-    crossings: FirstCrossings,
-    /// Vertices that have no z where others have: an error, or those that got 0.
-    pub(crate) without_z: FoundWithoutZ,
-    /// Whether it is an error.
-    lacks_z: bool,
-    /// Two of them that one insertion met.
-    crossed: Option<Crossed>,
-    /// Without triangles: of tiles, the vertex of another one that an edge leads to.
-    pub(crate) next_on_line: Nexts,
-    /// Tiles, and components of theirs that seeds lie in.
-    pub(crate) seeded: Vec<(u32, u32)>,
-    /// When the first block was divided.
-    pub(crate) conquer_began: Option<Instant>,
-    /// The time that threads waited for the writing of tiles.
-    pub(crate) waited_to_write: Duration,
-}
-
-impl Found {
-    /// Whether there is no file to come, and blocks are looked at only for what is wrong with the input.
-    fn has_refused(&self) -> bool {
-        self.first_duplicate.is_some() || self.crossed.is_some() || self.crossings.count() > 0 || self.lacks_z
-    }
 }
 
 impl Conquest {
@@ -150,89 +95,7 @@ impl Conquest {
         self.board.stop();
     }
 
-    fn divide(&self, mut block: BlockPoints, threads: usize) -> Result<(), Closed> {
-        let _span = tracing::debug_span!("divide", block = block.number, points = block.store.items.len()).entered();
-        let division = divide(&mut block.store.items, self.options.tile_vertices, threads);
-        if self.options.duplicates == Duplicates::Error {
-            let leaves = division.leaves.iter().map(|leaf| &block.store.items[leaf.clone()]);
-            let first_end = self.rules.duplicates.first_end;
-            let duplicates = leaves.filter_map(|items| first_duplicate(items, &block.store.attributes, first_end));
-            let mut found = self.found.lock();
-            let first = duplicates.chain(found.first_duplicate);
-            found.first_duplicate = first.min_by_key(|(records, _)| (records[1], records[0]));
-            if found.first_duplicate.is_some() {
-                // There is no file to come; but the blocks that are left may have one that comes before it.
-                drop(found);
-                self.board.only_divide();
-            }
-        }
-        self.look_for_missing_z(&block, &division);
-        let tiles = division.leaves.len();
-        let tree = division.tree.clone();
-        if !block.segments.is_empty() {
-            let cell = self.board.block_cell(block.number);
-            block.of_leaves = segments_of_leaves(&tree, cell, &block.segments);
-            self.look_for_crossings(&block, &division, cell, threads);
-        }
-        let mut many = false;
-        self.board.divided(block, division, |first_tile| {
-            many = first_tile as usize + tiles > MAX_TILES as usize;
-            self.add_block(BlockFound {
-                first_tile,
-                tree,
-                tiles: vec![TileState::default(); tiles],
-                ..BlockFound::default()
-            });
-        });
-        if many {
-            self.fail(BuildError::TooManyTiles { max: MAX_TILES });
-        }
-        Ok(())
-    }
-
-    /// Looks for vertices that have no z, where that is an error. Then there is no file to come,
-    /// but the blocks that are left may have those that are to be told first.
-    fn look_for_missing_z(&self, block: &BlockPoints, division: &Division) {
-        let attributes = &block.store.attributes;
-        if self.options.missing_z == MissingZ::Zero || !attributes.has_z() {
-            return;
-        }
-        let mut lacking = FoundWithoutZ::default();
-        for leaf in &division.leaves {
-            let items = &block.store.items[leaf.clone()];
-            lacking.merge(&FoundWithoutZ::in_leaf(items, attributes, self.rules.duplicates));
-        }
-        if lacking.count > 0 {
-            lacking.name_line(&block.segments);
-            let mut found = self.found.lock();
-            found.without_z.merge(&lacking);
-            found.lacks_z = true;
-            drop(found);
-            self.board.only_divide();
-        }
-    }
-
-    /// Looks for segments that cross in a block that was divided. If there are any there is no file to come, but the blocks
-    /// that are left may have those that are to be told first.
-    fn look_for_crossings(&self, block: &BlockPoints, division: &Division, cell: Rect, threads: usize) {
-        let items = &block.store.items;
-        let cells = division.tree.cells_within(cell);
-        let leaves = cells.into_iter().zip(&division.leaves).zip(&block.of_leaves);
-        let leaves: Vec<LeafLines<'_>> = leaves
-            .map(|((cell, points), its)| LeafLines {
-                cell,
-                items: &items[points.clone()],
-                its,
-            })
-            .collect();
-        let crossings = in_leaves(&block.segments, &leaves, threads);
-        if crossings.count() > 0 {
-            self.found.lock().crossings.merge(&crossings);
-            self.board.only_divide();
-        }
-    }
-
-    fn add_block(&self, block: BlockFound) {
+    pub(crate) fn add_block(&self, block: BlockFound) {
         self.log.lock().add_tiles(block.tiles.len() as u32);
         self.note_block(&mut self.found.lock(), block);
     }
@@ -302,29 +165,9 @@ impl Conquest {
             self.take_pieces(&leaf.seam.pending)?;
         }
         let core = workspace.core.encode(tile, GENERATION, &workspace.buffers);
-        let (vertices, settled) = (workspace.core.points.len(), workspace.core.triangles.len());
-        {
-            let mut found = self.found.lock();
-            found.waited_to_write += waited;
-            found.points_done += items.len() as u64;
-            found.without_z.count += leaf.without_z;
-            let of_block = &mut found.blocks[block.number as usize];
-            of_block.duplicates += leaf.duplicates;
-            of_block.ends += leaf.ends;
-            of_block.held_triangles += leaf.seam.pending.held.len() as u64;
-            count(&mut of_block.levels, vertices, settled, &leaf.seam);
-            of_block.tiles[(tile.0 - of_block.first_tile) as usize] = TileState {
-                vertices: vertices as u32,
-                core_triangles: settled as u32,
-                bounds: leaf.bounds,
-                constraint_edges: leaf.constraint_edges,
-                components: leaf.components.count,
-                open_components: leaf.components.open,
-                ..TileState::default()
-            };
-            let seeded = leaf.seeded.iter().map(|&component| (tile.0, component));
-            found.seeded.extend(seeded);
-        }
+        let counts = [workspace.core.points.len(), workspace.core.triangles.len()];
+        self.found.lock().waited_to_write += waited;
+        self.note_leaf(tile, block.number, items.len(), counts, &leaf);
         let mut log = self.log.lock();
         let appended = log
             .append_sides(tile, &leaf.open_sides)
@@ -338,6 +181,29 @@ impl Conquest {
         let count = items.len() as u64;
         self.options.progress.advance(count, count);
         self.hand_up(node, place, leaf.seam, 0, sender)
+    }
+
+    /// Notes what came of a leaf: its vertices and the triangles that it settled.
+    fn note_leaf(&self, tile: TileId, block: u32, points: usize, [vertices, settled]: [usize; 2], leaf: &Leaf) {
+        let mut found = self.found.lock();
+        found.points_done += points as u64;
+        found.without_z.count += leaf.without_z;
+        let of_block = &mut found.blocks[block as usize];
+        of_block.duplicates += leaf.duplicates;
+        of_block.ends += leaf.ends;
+        of_block.held_triangles += leaf.seam.pending.held.len() as u64;
+        count(&mut of_block.levels, vertices, settled, &leaf.seam);
+        of_block.tiles[(tile.0 - of_block.first_tile) as usize] = TileState {
+            vertices: vertices as u32,
+            core_triangles: settled as u32,
+            bounds: leaf.bounds,
+            constraint_edges: leaf.constraint_edges,
+            components: leaf.components.count,
+            open_components: leaf.components.open,
+            ..TileState::default()
+        };
+        let seeded = leaf.seeded.iter().map(|&component| (tile.0, component));
+        found.seeded.extend(seeded);
     }
 
     fn merge(&self, workspace: &mut Workspace, node: u32, seams: Vec<Seam>, sender: &Sender) -> Result<(), Closed> {

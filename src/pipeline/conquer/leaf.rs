@@ -115,7 +115,7 @@ pub(crate) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &L
         }
         _ => merge_duplicates(in_spatial_order(items), attributes, rule),
     };
-    let mut core = std::mem::take(&mut workspace.core);
+    let mut core = std::mem::replace(&mut workspace.core, CoreDraft::empty());
     core.clear();
     core.points.extend(kept.iter().map(|item| item.point));
     core.records

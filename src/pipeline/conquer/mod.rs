@@ -5,6 +5,8 @@ pub(super) mod conquest;
 pub(super) mod constrain;
 mod crossings;
 pub(super) mod deferral;
+mod dividing;
+pub(super) mod found;
 mod growth;
 pub(super) mod leaf;
 mod merge;

@@ -61,7 +61,7 @@ impl Workspace {
             side_bits: Vec::new(),
             edges: Vec::new(),
             most_sources,
-            core: CoreDraft::default(),
+            core: CoreDraft::empty(),
             buffers,
         }
     }

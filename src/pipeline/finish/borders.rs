@@ -6,6 +6,7 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
+use bytes::Bytes;
 use parking_lot::Mutex;
 
 use crate::io::Buffers;
@@ -64,6 +65,13 @@ pub(crate) fn write_borders(
                 ..RegionTotals::default()
             }),
     );
+    let assembling = Assembling {
+        conquest,
+        regions,
+        seeded,
+        is_whole,
+        totals,
+    };
     let borders = Ordered::new(0, 2 * threads as u32, |_, border| {
         sender.blocking_send(ToWrite::Border(border)).map_err(|_| Closed)
     });
@@ -73,15 +81,44 @@ pub(crate) fn write_borders(
             return Err(BuildError::Cancelled);
         }
         let cannot = |error| BuildError::io(&conquest.spill, "read the border log in", error);
-        let Group { borders: group, meshes } = match kept.pop_front() {
+        let group = match kept.pop_front() {
             Some(group) => {
                 log.forget_group(number);
                 group
             }
             None => Group::of(log.take_group(number).map_err(cannot)?, tiles, &nexts, threads)?,
         };
-        let states = &mut tiles[group.tiles().start as usize..group.tiles().end as usize];
-        let next = Mutex::new(group.tiles().zip(states).zip(&meshes));
+        assembling.group(&group, tiles, threads, &borders)?;
+    }
+    Ok(assembling.totals.into_inner())
+}
+
+/// Borders that are put together.
+struct Assembling<'a> {
+    conquest: &'a Conquest,
+    regions: Option<Regions>,
+    seeded: Seeded,
+    /// Whether all segments are in.
+    is_whole: bool,
+    totals: Mutex<RegionTotals>,
+}
+
+impl Assembling<'_> {
+    /// Assembles the borders of a group, on several threads.
+    fn group<F>(
+        &self,
+        group: &Group,
+        tiles: &mut [TileState],
+        threads: usize,
+        borders: &Ordered<Bytes, F>,
+    ) -> Result<(), BuildError>
+    where
+        F: FnMut(u32, Bytes) -> Result<(), Closed> + Send,
+    {
+        let progress = &self.conquest.options.progress;
+        let range = group.borders.tiles();
+        let states = &mut tiles[range.start as usize..range.end as usize];
+        let next = Mutex::new(range.zip(states).zip(&group.meshes));
         let buffers = Buffers::default();
         let work = || {
             loop {
@@ -93,21 +130,7 @@ pub(crate) fn write_borders(
                     return;
                 }
                 let tile = TileId(number);
-                let its_regions = regions.as_ref().map(|all| TileRegions {
-                    all,
-                    seeded: seeded.of_tile(tile),
-                });
-                let mut border = assemble(tile, state, &group, mesh, its_regions);
-                if !is_whole {
-                    // Components of the core must be there; what they are is found out when all lines are in.
-                    border.draft.regions = vec![Component::default(); state.components as usize];
-                }
-                take(state, &border);
-                {
-                    let mut totals = totals.lock();
-                    totals.hole_regions += border.closed_holes;
-                    totals.hole_triangles += border.hole_triangles;
-                }
+                let border = self.border(tile, state, group, mesh);
                 let encoded = border.draft.encode(tile, GENERATION, &buffers);
                 if borders.put(number, encoded).is_err() {
                     return;
@@ -115,9 +138,26 @@ pub(crate) fn write_borders(
                 progress.advance(1, u64::from(state.vertices));
             }
         };
-        on_threads(threads, work, || borders.close())?;
+        on_threads(threads, work, || borders.close())
     }
-    Ok(totals.into_inner())
+
+    /// Assembles the border of a tile, and adds it to the totals.
+    fn border(&self, tile: TileId, state: &mut TileState, group: &Group, mesh: &BorderMesh) -> Border {
+        let its_regions = self.regions.as_ref().map(|all| TileRegions {
+            all,
+            seeded: self.seeded.of_tile(tile),
+        });
+        let mut border = assemble(tile, state, &group.borders, mesh, its_regions);
+        if !self.is_whole {
+            // Components of the core must be there; what they are is found out when all lines are in.
+            border.draft.regions = vec![Component::default(); state.components as usize];
+        }
+        take(state, &border);
+        let mut totals = self.totals.lock();
+        totals.hole_regions += border.closed_holes;
+        totals.hole_triangles += border.hole_triangles;
+        border
+    }
 }
 
 /// What the border log has of a group of tiles, and what lies around each of these.

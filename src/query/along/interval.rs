@@ -4,6 +4,8 @@ use crate::geometry::Point;
 use crate::store::Vertex;
 
 /// A part of a straight line on which the nearest sites, and their order, stay the same.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct AlongInterval {
@@ -20,6 +22,8 @@ pub struct AlongInterval {
 }
 
 /// A site that is among the nearest on an interval.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct SiteAlong {

@@ -172,6 +172,7 @@ impl Along {
     }
 }
 
+/// The nearest sites along a line.
 impl TileReader {
     /// The `k` nearest sites by walking distance from each point of a straight line, as intervals of the line on which they,
     /// and their order, stay the same. The intervals come in order and cover the line; those in obstacles have no list.
@@ -183,6 +184,8 @@ impl TileReader {
     /// The tiles that the line passes are read first, and the intervals come as they are found. The options' limits hold for all searches
     /// together; when they are reached, the intervals that came before stand, and the stream ends with
     /// [`QueryError::OutOfBudget`]: the last of them may then end early. Otherwise it ends as [`nearest_sites`](Self::nearest_sites).
+    ///
+    /// [Examples](crate::query#examples).
     pub fn nearest_along(
         &self,
         from: Point,

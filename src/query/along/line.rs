@@ -7,9 +7,10 @@
 use foldhash::HashMap;
 
 use crate::geometry::{HalfEdge, Orientation, Point, orient2d, segment_meets};
+use crate::mesh::Twin;
 use crate::query::answer::distance;
 use crate::query::request::{QueryError, Tiles, key};
-use crate::store::{Across, Tile, TileId};
+use crate::store::{Tile, TileId};
 
 /// A line from a point to another one.
 #[derive(Clone, Copy, Debug)]
@@ -158,10 +159,10 @@ impl Line {
             let crosses = !is_on[s] && !is_on[e] && turns[s] != turns[e];
             if crosses && let Some(t) = self.crossing(corners[s], corners[e]) {
                 places.push(t);
-                if tile.is_constraint(side.0) {
+                if tile.is_constraint(side) {
                     passed.breaks.push(t);
                 }
-            } else if tile.is_constraint(side.0) {
+            } else if tile.is_constraint(side) {
                 let ends = [s, e].into_iter().filter(|&end| is_on[end]);
                 passed.breaks.extend(ends.map(|end| self.place(corners[end])));
             }
@@ -184,9 +185,9 @@ impl Line {
         }
         if let Some(s) = along {
             let side = HalfEdge::new(triangle, s as u32);
-            let is_on_hull = tile.across(side.0) == Across::Hull;
+            let is_on_hull = tile.twin(side) == Twin::Hull;
             if is_on_hull && outside_is_free {
-                let edge = middle(&[side, side.next()].map(|side| tile.corner(tile.origin(side.0))));
+                let edge = middle(&[side, side.next()].map(|side| tile.point(tile.origin(side))));
                 let mirrored = Point::new(2.0 * edge.x - inside.x, 2.0 * edge.y - inside.y);
                 passed.push(range, None, Some(mirrored));
             }

@@ -1,6 +1,6 @@
 //! Lengths, and what rounding makes of them.
 
-use crate::geometry::Point;
+use crate::geometry::{Point, Rect};
 
 /// The distance between two points. Its error is below two units in the last place.
 #[inline]
@@ -9,7 +9,16 @@ pub(crate) fn distance(a: Point, b: Point) -> f64 {
     (dx * dx + dy * dy).sqrt()
 }
 
+/// How far a rectangle is, computed so that rounding makes it no farther than any point in it.
+pub(crate) fn distance_to_rect(at: Point, rect: Rect) -> f64 {
+    let gap = |v: f64, min: f64, max: f64| (min - v).max(v - max).max(0.0);
+    let (dx, dy) = (gap(at.x, rect.min_x, rect.max_x), gap(at.y, rect.min_y, rect.max_y));
+    (dx * dx + dy * dy).sqrt()
+}
+
 /// A length, with bounds of the true one.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Distance {

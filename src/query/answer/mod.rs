@@ -1,6 +1,6 @@
 //! What queries answer with.
 
-mod distance;
+pub(crate) mod distance;
 mod path;
 mod site;
 

@@ -5,6 +5,8 @@ use crate::geometry::Point;
 use crate::store::{EdgeSource, Vertex, VertexId};
 
 /// A shortest path.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Path {
@@ -19,6 +21,8 @@ pub struct Path {
 }
 
 /// A bend of a path.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Bend {
@@ -36,6 +40,8 @@ pub struct Bend {
 pub(crate) type WayPoint = (Point, Option<VertexId>);
 
 /// How a question for a path ends.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum PathOutcome {
@@ -50,4 +56,42 @@ pub enum PathOutcome {
         /// The nearest point where one may be, rounded; none if there is none.
         nearest_free: Option<Point>,
     },
+}
+
+#[cfg(all(test, feature = "serde"))]
+mod tests {
+    use super::*;
+    use crate::store::{LineKind, TileId};
+
+    #[test]
+    fn a_path_serialises_with_what_it_bends_around() {
+        let id = VertexId {
+            tile: TileId(2),
+            index: 3,
+        };
+        let vertex = Vertex {
+            id,
+            point: Point::new(3.0, 4.0),
+        };
+        let path = Path {
+            distance: Distance::of_legs(5.0, 1),
+            points: vec![Point::new(0.0, 0.0), vertex.point],
+            bends: vec![Bend {
+                vertex,
+                turns_left: true,
+                edge_to: None,
+                sources: vec![EdgeSource::new(LineKind::Obstacle, 7)],
+            }],
+            is_certified: false,
+        };
+        let json = serde_json::to_value(PathOutcome::Found(path)).unwrap();
+        let bend = &json["Found"]["bends"][0];
+        assert_eq!(json["Found"]["points"][1]["y"], 4.0);
+        assert_eq!(bend["vertex"]["id"]["tile"], 2);
+        assert_eq!(bend["sources"][0]["kind"], "obstacle");
+        assert_eq!(
+            (&bend["sources"][0]["number"], &bend["sources"][0]["depth_change"]),
+            (&7.into(), &1.into())
+        );
+    }
 }

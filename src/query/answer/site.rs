@@ -5,6 +5,8 @@ use super::path::Path;
 use crate::store::{Vertex, VertexId};
 
 /// A site, by walking distance.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct SiteFound {
@@ -21,6 +23,8 @@ pub struct SiteFound {
 }
 
 /// A vertex, by walking distance.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct VertexFound {

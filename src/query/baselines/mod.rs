@@ -11,7 +11,7 @@
 //! ```
 //!
 //! Each finds sites, and obstacle edges that paths to them may have to go round, and then shortest paths among these. They are here
-//! to be measured against the [`wave`](crate::query::wavefront), which needs none of it. All of them refuse files with break lines.
+//! to be measured against the wavefront, which needs none of it. All of them refuse files with break lines.
 
 mod answers;
 mod asked;

@@ -10,10 +10,11 @@ use foldhash::{HashSet, HashSetExt};
 
 use super::obstacles::ObstacleEdge;
 use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::mesh::Twin;
 use crate::query::answer::distance;
 use crate::query::free_space::{Ground, Place, Spot, Wedge, nearest_on};
 use crate::query::request::{Contradiction, QueryError, Tiles};
-use crate::store::{Across, Tile, TileId, Vertex, VertexId};
+use crate::store::{Tile, TileId, Vertex, VertexId};
 
 /// What things are near to.
 #[derive(Clone, Copy, Debug)]
@@ -163,9 +164,9 @@ impl Nearby {
                 Some(is_free) => is_free,
                 None => self.enter_beyond(tiles, &tile, side).await?,
             };
-            if tile.is_wall(side.0) {
+            if tile.is_wall(side) {
                 return Ok(Some(Met::Edge(ObstacleEdge {
-                    ends: tile.ends(side.0),
+                    ends: tile.ends(side),
                     free: [!tile.is_hole(side.triangle()), beyond],
                 })));
             }
@@ -175,11 +176,11 @@ impl Nearby {
 
     /// Enters what lies beyond a side, and says whether it is free.
     async fn enter_beyond(&mut self, tiles: &mut Tiles, tile: &Arc<Tile>, side: HalfEdge) -> Result<bool, QueryError> {
-        let beyond = match tile.across(side.0) {
-            Across::Side(other) => Some((Arc::clone(tile), HalfEdge(other))),
-            Across::Hull => None,
-            Across::Elsewhere => {
-                let [from, to] = tile.ends(side.0).map(|end| end.id);
+        let beyond = match tile.twin(side) {
+            Twin::HalfEdge(other) => Some((Arc::clone(tile), other)),
+            Twin::Hull => None,
+            Twin::Elsewhere => {
+                let [from, to] = tile.ends(side).map(|end| end.id);
                 tiles.side_between(to, from).await?
             }
         };
@@ -202,7 +203,7 @@ impl Nearby {
         for side in HalfEdge::of_triangle(triangle) {
             self.push_side(tile, side, Thing::Beyond(tile.id(), side));
             if let Center::Point(center) = self.center {
-                let corner = tile.vertex(tile.origin(side.0));
+                let corner = tile.vertex(tile.origin(side));
                 if self.vertices.insert(corner.id) {
                     let far = distance(corner.point, center);
                     self.open.push(Reverse((far.to_bits(), Thing::Vertex(corner.id))));
@@ -212,13 +213,13 @@ impl Nearby {
     }
 
     fn push_side(&mut self, tile: &Tile, side: HalfEdge, thing: Thing) {
-        let ends = [side, side.next()].map(|side| tile.vertex(tile.origin(side.0)));
+        let ends = [side, side.next()].map(|side| tile.vertex(tile.origin(side)));
         let [a, b] = ends.map(|end| end.id);
         let key = if a < b { [a, b] } else { [b, a] };
         if !self.edges.insert(key) {
             return;
         }
-        if tile.is_wall(side.0) {
+        if tile.is_wall(side) {
             self.walls.push(key);
         }
         let far = self.center.distance(ends.map(|end| end.point));
@@ -243,7 +244,7 @@ impl Nearby {
             }
             let ground = Ground::of(tiles, &tile);
             let edge = tiles.checked(vertex.tile, ground.along_hull(vertex.index, forward))?;
-            let [from, to] = tile.ends(edge.0);
+            let [from, to] = tile.ends(edge);
             if orient2d(from.point, to.point, at) != Orientation::Clockwise {
                 break;
             }

@@ -37,7 +37,7 @@ pub(super) fn edges_at(
             Wedge::Triangle(side) => side.prev(),
             Wedge::Outside => ground.first(vertex)?,
         };
-        if ground.tile.is_wall(edge.0) {
+        if ground.tile.is_wall(edge) {
             let to = ground.neighbours(vertex, right)?[1];
             take(ObstacleEdge {
                 ends: [vertex, to].map(|end| ground.tile.vertex(end)),

@@ -135,7 +135,7 @@ impl Walk {
                 return Ok(());
             };
             let node = self.run.node(number);
-            self.ahead = Some((node.vertex, node.length));
+            self.ahead = node.vertex.vertex().map(|vertex| (vertex, node.length));
         }
     }
 
@@ -207,7 +207,7 @@ async fn corners(asked: &mut Asked) -> Result<Vec<Corner>, QueryError> {
     let mut corners = Vec::new();
     let mut add = |vertex: Vertex, within| {
         corners.push(Corner {
-            vertex: vertex.id,
+            vertex: vertex.id.into(),
             point: vertex.point,
             within,
         });

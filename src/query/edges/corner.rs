@@ -3,8 +3,46 @@
 use crate::geometry::{HalfEdge, Point};
 use crate::store::{Tile, TileId, VertexId};
 
-/// The tile that points which were put in have in place of one.
-pub(crate) const PUT_IN: TileId = TileId(u32::MAX);
+/// A vertex of the file, or a point that was put in. It is as small as the number of a vertex, since the queue and the sets of
+/// a search are full of these.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) struct End(VertexId);
+
+impl End {
+    /// The tile that points which were put in have in place of one.
+    const PUT_IN: TileId = TileId(u32::MAX);
+
+    /// The point that was put in under this number.
+    pub(crate) fn put_in(number: u32) -> Self {
+        Self(VertexId {
+            tile: Self::PUT_IN,
+            index: number,
+        })
+    }
+
+    /// Whether it was put in.
+    #[inline]
+    pub(crate) fn is_put_in(self) -> bool {
+        self.0.tile == Self::PUT_IN
+    }
+
+    /// The number under which it was put in, if it was.
+    pub(crate) fn number(self) -> Option<u32> {
+        self.is_put_in().then_some(self.0.index)
+    }
+
+    /// The vertex of the file, if it is one.
+    #[inline]
+    pub(crate) fn vertex(self) -> Option<VertexId> {
+        (!self.is_put_in()).then_some(self.0)
+    }
+}
+
+impl From<VertexId> for End {
+    fn from(vertex: VertexId) -> Self {
+        Self(vertex)
+    }
+}
 
 /// Where one is, at a vertex: in a wedge of the file, which tells the sector, or in a sector of a point that was put in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,16 +58,9 @@ pub(crate) enum Within {
 /// A vertex, in one of its wedges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Corner {
-    pub(crate) vertex: VertexId,
+    pub(crate) vertex: End,
     pub(crate) point: Point,
     pub(crate) within: Within,
-}
-
-impl Corner {
-    /// Whether the vertex was put in.
-    pub(super) fn is_put_in(&self) -> bool {
-        self.vertex.tile == PUT_IN
-    }
 }
 
 /// What a side is.
@@ -45,7 +76,7 @@ pub(crate) enum Bar {
 
 impl Bar {
     pub(super) fn of(tile: &Tile, side: HalfEdge) -> Self {
-        match (tile.is_constraint(side.0), tile.is_wall(side.0)) {
+        match (tile.is_constraint(side), tile.is_wall(side)) {
             (false, _) => Self::Open,
             (true, false) => Self::Line,
             (true, true) => Self::Wall,
@@ -62,7 +93,7 @@ pub(crate) struct Rim {
 }
 
 impl Rim {
-    pub(super) fn ends(&self) -> [VertexId; 2] {
+    pub(super) fn ends(&self) -> [End; 2] {
         [self.from.vertex, self.to.vertex]
     }
 }
@@ -79,7 +110,7 @@ impl Face {
     pub(super) fn of(tile: &Tile, triangle: u32) -> Self {
         let vertices = tile.vertices(triangle);
         let corner = |i: usize| Corner {
-            vertex: vertices[i].id,
+            vertex: vertices[i].id.into(),
             point: vertices[i].point,
             within: Within::RightOf(vertices[(i + 2) % 3].id),
         };
@@ -102,7 +133,7 @@ impl Face {
     }
 
     /// The numbers of its vertices, in order.
-    pub(super) fn key(&self) -> [VertexId; 3] {
+    pub(super) fn key(&self) -> [End; 3] {
         let mut key = self.corners.map(|corner| corner.vertex);
         key.sort_unstable();
         key
@@ -110,11 +141,6 @@ impl Face {
 }
 
 /// The two vertices of an edge, in order.
-pub(crate) fn sorted([a, b]: [VertexId; 2]) -> [VertexId; 2] {
+pub(crate) fn sorted([a, b]: [End; 2]) -> [End; 2] {
     if a < b { [a, b] } else { [b, a] }
-}
-
-/// Whether a vertex is a point that was put in.
-pub(crate) fn is_put_in(vertex: VertexId) -> bool {
-    vertex.tile == PUT_IN
 }

@@ -7,8 +7,9 @@ use futures::stream::Stream;
 
 use foldhash::HashSet;
 
-use super::corner::PUT_IN;
+use super::corner::End;
 use super::run::EdgeRun;
+use crate::collections::keyed::Keyed;
 use crate::geometry::Point;
 use crate::query::answer::{Distance, SiteFound};
 use crate::query::free_space::Place;
@@ -16,6 +17,8 @@ use crate::query::request::{QueryError, QueryOptions, Tiles, unfold};
 use crate::store::{TileReader, Vertex, VertexId};
 
 /// A shortest way along edges.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct CdtPath {
@@ -28,6 +31,8 @@ pub struct CdtPath {
 }
 
 /// A vertex in one of its sectors, by CDT distance.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct CdtVertex {
@@ -57,17 +62,16 @@ impl Vertices {
             let node = *self.run.node(number);
             let before = node.parent.and_then(|parent| self.legs.get(parent as usize));
             self.legs.push(before.map_or(0, |legs| legs + 1));
-            if node.vertex.tile == PUT_IN {
+            let Some(id) = node.vertex.vertex() else {
                 self.put_in += 1;
                 continue;
-            }
+            };
             let parent = node.parent.and_then(|parent| parent.checked_sub(self.put_in));
             let found = CdtVertex {
-                vertex: Vertex {
-                    id: node.vertex,
-                    point: node.point,
-                },
-                sector: (node.sector != node.vertex).then_some(node.sector),
+                vertex: Vertex { id, point: node.point },
+                sector: Some(node.sector)
+                    .filter(|&sector| sector != node.vertex)
+                    .and_then(End::vertex),
                 distance: Distance::of_legs(node.length, self.legs[number as usize] as usize),
                 parent: parent.map(u64::from),
             };
@@ -77,38 +81,15 @@ impl Vertices {
     }
 }
 
+/// A site, with its node, by length and number.
+type Ready = Keyed<(u64, u64), (SiteFound, u32)>;
+
 /// A stream of sites.
 pub(crate) struct SitesAlongEdges {
     pub(crate) vertices: Vertices,
     met: HashSet<VertexId>,
-    /// Those that were met, by length and number, until no other can be as near.
+    /// Those that were met, with their nodes, by length and number, until no other can be as near.
     ready: BinaryHeap<Reverse<Ready>>,
-}
-
-struct Ready {
-    key: (u64, u64),
-    site: SiteFound,
-    node: u32,
-}
-
-impl PartialEq for Ready {
-    fn eq(&self, other: &Self) -> bool {
-        self.key == other.key
-    }
-}
-
-impl Eq for Ready {}
-
-impl PartialOrd for Ready {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Ready {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.key.cmp(&other.key)
-    }
 }
 
 impl SitesAlongEdges {
@@ -132,27 +113,27 @@ impl SitesAlongEdges {
             let front = self.vertices.run.search.front();
             let nearest = self.ready.peek().map(|ready| f64::from_bits(ready.0.key.0));
             if nearest.is_some_and(|nearest| nearest < front) {
-                return Ok(self.ready.pop().map(|Reverse(ready)| (ready.site, ready.node)));
+                return Ok(self.ready.pop().map(|Reverse(ready)| ready.value));
             }
             let found = self.vertices.next().await;
             let at_least = nearest.unwrap_or(front);
             let Some((found, node)) = found.map_err(|error| error.at_least(at_least))? else {
-                return Ok(self.ready.pop().map(|Reverse(ready)| (ready.site, ready.node)));
+                return Ok(self.ready.pop().map(|Reverse(ready)| ready.value));
             };
             if !self.met.insert(found.vertex.id) {
                 continue;
             }
             for site in self.vertices.run.tile().sites_at(found.vertex.id.index) {
-                self.ready.push(Reverse(Ready {
+                let found = SiteFound {
+                    number: site.number,
+                    id: site.id.map(str::to_owned),
+                    vertex: found.vertex,
+                    distance: found.distance,
+                    path: None,
+                };
+                self.ready.push(Reverse(Keyed {
                     key: (found.distance.value.to_bits(), site.number),
-                    site: SiteFound {
-                        number: site.number,
-                        id: site.id.map(str::to_owned),
-                        vertex: found.vertex,
-                        distance: found.distance,
-                        path: None,
-                    },
-                    node,
+                    value: (found, node),
                 }));
             }
         }
@@ -169,12 +150,15 @@ impl Vertices {
     }
 }
 
+/// Distances along edges of the triangulation.
 impl TileReader {
     /// The CDT distance between two points: the length of a shortest way along edges of the triangulation that one may walk along, with
     /// both points among the vertices, and that way. None if no way leads from one to the other.
     ///
     /// It is at least the walking distance, and less than 2.42 times that (Bose and Keil 2006). An end that is no vertex is put in
     /// for this query; nothing is written. A point outside the hull is joined to the vertices of the hull that it sees.
+    ///
+    /// [Examples](crate::query#examples).
     ///
     /// # Errors
     /// [`BreakLines`](QueryError::BreakLines) if the file has any, [`InsideObstacle`](QueryError::InsideObstacle) if an end lies
@@ -197,11 +181,10 @@ impl TileReader {
         if let [only] = way[..] {
             way.push(only);
         }
-        let vertex = |vertex: VertexId| (vertex.tile != PUT_IN).then_some(vertex);
         Ok(Some(CdtPath {
             distance: Distance::of_legs(run.node(node).length, way.len() - 1),
             points: way.iter().map(|node| node.point).collect(),
-            vertices: way.iter().map(|node| vertex(node.vertex)).collect(),
+            vertices: way.iter().map(|node| node.vertex.vertex()).collect(),
         }))
     }
 
@@ -209,6 +192,8 @@ impl TileReader {
     /// tree. Vertices that are equally far away come by their coordinates.
     ///
     /// Ends and limits as [`nearest_sites`](Self::nearest_sites); and it ends with an error if the file has break lines.
+    ///
+    /// [Examples](crate::query#examples).
     pub fn vertices_by_cdt_distance(
         &self,
         from: Point,
@@ -228,6 +213,8 @@ impl TileReader {
     /// The sites by [CDT distance](Self::cdt_distance) from a point; equally far ones by number. Their paths are none, and their
     /// distances those along edges, with the bounds of these. Ends and limits as
     /// [`vertices_by_cdt_distance`](Self::vertices_by_cdt_distance).
+    ///
+    /// [Examples](crate::query#examples).
     pub fn sites_by_cdt_distance(
         &self,
         from: Point,

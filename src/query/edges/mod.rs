@@ -33,7 +33,7 @@ mod stretch;
 
 #[cfg(feature = "baselines")]
 pub(crate) use corner::Corner;
-pub(crate) use corner::{Within, is_put_in};
+pub(crate) use corner::Within;
 pub(crate) use distances::SitesAlongEdges;
 pub use distances::{CdtPath, CdtVertex};
 pub(crate) use node::Node;

@@ -26,7 +26,7 @@ use std::collections::BTreeMap;
 
 use foldhash::{HashMap, HashSet};
 
-use super::corner::{Bar, Corner, Face, PUT_IN, Rim, Within, sorted};
+use super::corner::{Bar, Corner, End, Face, Rim, Within, sorted};
 use crate::geometry::{Orientation, Point, in_circle, orient2d};
 use crate::query::free_space::{Ground, Place, Spot};
 use crate::query::request::{Contradiction, QueryError, Tiles};
@@ -46,16 +46,16 @@ pub(crate) struct Overlay {
     points: Vec<(Point, u32)>,
     /// The triangles of their stars, and which of them has which side.
     stars: BTreeMap<u32, Face>,
-    by_side: HashMap<[VertexId; 2], u32>,
+    by_side: HashMap<[End; 2], u32>,
     next_star: u32,
     /// Triangles of the file that are gone.
-    gone: HashSet<[VertexId; 3]>,
+    gone: HashSet<[End; 3]>,
     /// Edges of the file that are gone.
-    gone_edges: HashSet<[VertexId; 2]>,
+    gone_edges: HashSet<[End; 2]>,
     /// Hull edges that are walls with points on them, seen from outside.
     outer: Vec<Rim>,
     /// New edges of the hull, which has its inside on their left, by their starts and by their ends.
-    hull: [BTreeMap<VertexId, Rim>; 2],
+    hull: [BTreeMap<End, Rim>; 2],
 }
 
 /// What lies on the left of an edge.
@@ -69,7 +69,7 @@ enum Left {
 /// Where a point lies among what is there now.
 enum Seat {
     In(Face),
-    On([VertexId; 2]),
+    On([End; 2]),
     /// It sees this edge of the hull from outside.
     Outside(Rim),
 }
@@ -77,9 +77,9 @@ enum Seat {
 /// A part of a cavity: the sides of its triangles.
 #[derive(Default)]
 struct Cavity {
-    sides: HashMap<[VertexId; 2], Rim>,
+    sides: HashMap<[End; 2], Rim>,
     /// In the order in which they came, so that all is always done in the same order.
-    order: Vec<[VertexId; 2]>,
+    order: Vec<[End; 2]>,
     open: Vec<Rim>,
     faces: Vec<Face>,
 }
@@ -97,7 +97,7 @@ impl Cavity {
         }
     }
 
-    fn has_beyond(&self, [from, to]: [VertexId; 2]) -> bool {
+    fn has_beyond(&self, [from, to]: [End; 2]) -> bool {
         self.sides.contains_key(&[to, from])
     }
 }
@@ -107,16 +107,13 @@ impl Overlay {
     ///
     /// # Errors
     /// If a tile cannot be read, or tiles contradict each other.
-    pub(crate) async fn put_in(&mut self, tiles: &mut Tiles, place: &Place) -> Result<VertexId, QueryError> {
+    pub(crate) async fn put_in(&mut self, tiles: &mut Tiles, place: &Place) -> Result<End, QueryError> {
         if let Some(vertex) = place.vertex() {
-            return Ok(vertex);
+            return Ok(vertex.into());
         }
         let same = self.points.iter().position(|&(point, _)| point == place.point);
         let number = same.unwrap_or(self.points.len()) as u32;
-        let vertex = VertexId {
-            tile: PUT_IN,
-            index: number,
-        };
+        let vertex = End::put_in(number);
         if same.is_none() {
             let seat = self.seat(tiles, place).await?;
             self.insert(tiles, place.point, vertex, seat).await?;
@@ -125,24 +122,26 @@ impl Overlay {
     }
 
     /// A point that was put in, and how many sectors it has.
-    pub(super) fn point(&self, vertex: VertexId) -> Option<(Point, u32)> {
-        (vertex.tile == PUT_IN).then(|| self.points.get(vertex.index as usize).copied())?
+    pub(super) fn point(&self, vertex: End) -> Option<(Point, u32)> {
+        vertex
+            .number()
+            .and_then(|number| self.points.get(number as usize).copied())
     }
 
     /// Whether an edge of the file is gone.
-    pub(super) fn is_gone(&self, edge: [VertexId; 2]) -> bool {
+    pub(super) fn is_gone(&self, edge: [End; 2]) -> bool {
         !self.gone_edges.is_empty() && self.gone_edges.contains(&sorted(edge))
     }
 
     /// All edges that are not in the file, from both ends; some come more than once.
-    pub(super) fn links(&self) -> HashMap<VertexId, Vec<Link>> {
-        let mut links: HashMap<VertexId, Vec<Link>> = HashMap::default();
+    pub(super) fn links(&self) -> HashMap<End, Vec<Link>> {
+        let mut links: HashMap<End, Vec<Link>> = HashMap::default();
         let sides = self
             .stars
             .values()
             .flat_map(Face::rims)
             .chain(self.outer.iter().copied());
-        for rim in sides.filter(|rim| rim.from.is_put_in() || rim.to.is_put_in()) {
+        for rim in sides.filter(|rim| rim.from.vertex.is_put_in() || rim.to.vertex.is_put_in()) {
             for (a, b) in [(rim.from, rim.to), (rim.to, rim.from)] {
                 let link = Link {
                     within: a.within,
@@ -155,15 +154,15 @@ impl Overlay {
     }
 
     /// What lies on the left of an edge.
-    async fn left_of(&self, tiles: &mut Tiles, [from, to]: [VertexId; 2]) -> Result<Left, QueryError> {
+    async fn left_of(&self, tiles: &mut Tiles, [from, to]: [End; 2]) -> Result<Left, QueryError> {
         if let Some(star) = self.by_side.get(&[from, to]).and_then(|star| self.stars.get(star)) {
             return Ok(Left::Face(*star));
         }
-        if from.tile == PUT_IN || to.tile == PUT_IN {
+        let (Some(start), Some(end)) = (from.vertex(), to.vertex()) else {
             let is_hull = self.hull[0].get(&to).is_some_and(|rim| rim.to.vertex == from);
             return Ok(if is_hull { Left::Outside } else { Left::Nothing });
-        }
-        Ok(match tiles.side_between(from, to).await? {
+        };
+        Ok(match tiles.side_between(start, end).await? {
             Some((tile, side)) if tile.is_hole(side.triangle()) => Left::Nothing,
             Some((tile, side)) => Left::Face(Face::of(&tile, side.triangle())),
             None if tiles.outside_is_free() => Left::Outside,
@@ -172,15 +171,16 @@ impl Overlay {
     }
 
     /// The edge of the hull that leaves a vertex, or the one that comes in; the outside is what the corners are within.
-    async fn along_hull(&self, tiles: &mut Tiles, vertex: VertexId, forward: bool) -> Result<Rim, QueryError> {
+    async fn along_hull(&self, tiles: &mut Tiles, vertex: End, forward: bool) -> Result<Rim, QueryError> {
         if let Some(rim) = self.hull[usize::from(!forward)].get(&vertex) {
             return Ok(*rim);
         }
+        let vertex = file_vertex(vertex)?;
         let tile = tiles.get(vertex.tile).await?;
         let side = Ground::of(tiles, &tile).along_hull(vertex.index, forward);
         let side = tiles.checked(vertex.tile, side)?;
-        let [from, to] = tile.ends(side.0).map(|end| Corner {
-            vertex: end.id,
+        let [from, to] = tile.ends(side).map(|end| Corner {
+            vertex: end.id.into(),
             point: end.point,
             within: Within::Outside,
         });
@@ -198,7 +198,7 @@ impl Overlay {
                 }
             }
             Spot::Edge { ends } => {
-                let ends = ordered(ends.map(|end| (end.point, end.id)));
+                let ends = ordered(ends.map(|end| (end.point, end.id.into())));
                 if !self.is_gone(ends) {
                     return Ok(Seat::On(ends));
                 }
@@ -207,6 +207,7 @@ impl Overlay {
                 if let Some(seat) = self.seat_in_stars(place.point) {
                     return Ok(seat);
                 }
+                let [from, to] = [from, to].map(End::from);
                 if !self.is_gone([from, to]) && !self.by_side.contains_key(&[to, from]) {
                     return Ok(Seat::Outside(self.along_hull(tiles, from, true).await?));
                 }
@@ -242,13 +243,7 @@ impl Overlay {
         self.outer.iter().find(is_on).map(|rim| Seat::On(in_order(rim)))
     }
 
-    async fn insert(
-        &mut self,
-        tiles: &mut Tiles,
-        point: Point,
-        vertex: VertexId,
-        seat: Seat,
-    ) -> Result<(), QueryError> {
+    async fn insert(&mut self, tiles: &mut Tiles, point: Point, vertex: End, seat: Seat) -> Result<(), QueryError> {
         let here = |sector| Corner {
             vertex,
             point,
@@ -278,13 +273,13 @@ impl Overlay {
     async fn split(
         &mut self,
         tiles: &mut Tiles,
-        edge: [VertexId; 2],
+        edge: [End; 2],
         here: impl Fn(u32) -> Corner,
     ) -> Result<u32, QueryError> {
         let [a, b] = edge;
         let point = here(0).point;
         let lefts = [self.left_of(tiles, [a, b]).await?, self.left_of(tiles, [b, a]).await?];
-        let bar = |(left, edge): (&Left, [VertexId; 2])| match left {
+        let bar = |(left, edge): (&Left, [End; 2])| match left {
             Left::Face(face) => face.rims().iter().find(|rim| rim.ends() == edge).map(|rim| rim.bar),
             Left::Outside | Left::Nothing => None,
         };
@@ -313,6 +308,7 @@ impl Overlay {
         if let Some(([to, from], sector)) = outside {
             let rim = self.along_hull(tiles, from, true).await?;
             if rim.to.vertex != to {
+                let [from, to] = [file_vertex(from)?, file_vertex(to)?];
                 return Err(tiles.damaged(from.tile, Contradiction::NoHullEdge(from, to)));
             }
             self.set_hull(rim.from, here(sector), rim.to, bar);
@@ -322,7 +318,7 @@ impl Overlay {
                     .extend([(rim.from, here), (here, rim.to)].map(|(from, to)| Rim { from, to, bar }));
             }
         }
-        if edge.iter().all(|end| end.tile != PUT_IN) {
+        if edge.iter().all(|end| !end.is_put_in()) {
             self.gone_edges.insert(sorted(edge));
         }
         Ok(sectors.max(1))
@@ -398,9 +394,9 @@ impl Overlay {
     }
 
     /// Puts the star of a point in the place of a cavity; the point may lie on an edge.
-    fn replace(&mut self, cavity: &Cavity, here: Corner, on: Option<([VertexId; 2], Bar)>) {
+    fn replace(&mut self, cavity: &Cavity, here: Corner, on: Option<([End; 2], Bar)>) {
         for face in &cavity.faces {
-            if face.corners.iter().any(Corner::is_put_in) {
+            if face.corners.iter().any(|corner| corner.vertex.is_put_in()) {
                 for rim in face.rims() {
                     if let Some(star) = self.by_side.remove(&rim.ends()) {
                         self.stars.remove(&star);
@@ -410,7 +406,7 @@ impl Overlay {
                 self.gone.insert(face.key());
             }
         }
-        let bar_to = |vertex: VertexId| match on {
+        let bar_to = |vertex: End| match on {
             Some((edge, bar)) if edge.contains(&vertex) => bar,
             _ => Bar::Open,
         };
@@ -420,7 +416,7 @@ impl Overlay {
                 continue;
             }
             if cavity.has_beyond(*ends) {
-                if !rim.from.is_put_in() && !rim.to.is_put_in() {
+                if !rim.from.vertex.is_put_in() && !rim.to.vertex.is_put_in() {
                     self.gone_edges.insert(sorted(*ends));
                 }
                 continue;
@@ -439,7 +435,7 @@ impl Overlay {
 }
 
 /// The ends of an edge in the order of their coordinates, so that the sides of a point on it have the same numbers in every file.
-fn ordered([a, b]: [(Point, VertexId); 2]) -> [VertexId; 2] {
+fn ordered([a, b]: [(Point, End); 2]) -> [End; 2] {
     if a.0.lex_cmp(b.0).is_lt() {
         [a.1, b.1]
     } else {
@@ -447,8 +443,15 @@ fn ordered([a, b]: [(Point, VertexId); 2]) -> [VertexId; 2] {
     }
 }
 
-fn in_order(rim: &Rim) -> [VertexId; 2] {
+fn in_order(rim: &Rim) -> [End; 2] {
     ordered([rim.from, rim.to].map(|end| (end.point, end.vertex)))
+}
+
+/// A vertex, which must be the file's.
+fn file_vertex(end: End) -> Result<VertexId, QueryError> {
+    end.vertex().ok_or_else(|| QueryError::Uncertified {
+        reason: "a point that was put in is not where it was".to_owned(),
+    })
 }
 
 /// Whether a point sees an edge of the hull from outside.

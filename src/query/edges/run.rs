@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 #[cfg(feature = "baselines")]
 use super::corner::Corner;
+use super::corner::End;
 use super::node::Node;
 use super::overlay::Overlay;
 use super::search::{EdgeSearch, Step, Towards};
 use crate::geometry::Point;
 use crate::query::free_space::{Ground, Place};
 use crate::query::request::{QueryError, QueryOptions, Tiles};
-use crate::store::{LineKind, Metadata, Tile, TileReader, VertexId};
+use crate::store::{LineKind, Metadata, Tile, TileReader};
 
 /// Nodes after which other tasks have their turn.
 const PAUSE: u32 = 1 << 10;
@@ -62,7 +63,7 @@ impl EdgeRun {
         source: Place,
         target: &Place,
         haste: f64,
-    ) -> Result<(Self, VertexId), QueryError> {
+    ) -> Result<(Self, End), QueryError> {
         Self::begin(tiles, source, Some((target, haste)), f64::INFINITY).await
     }
 
@@ -86,7 +87,7 @@ impl EdgeRun {
         source: Place,
         target: Option<(&Place, f64)>,
         limit: f64,
-    ) -> Result<(Self, VertexId), QueryError> {
+    ) -> Result<(Self, End), QueryError> {
         let mut overlay = Overlay::default();
         let start = overlay.put_in(&mut tiles, &source).await?;
         let mut end = start;
@@ -169,7 +170,7 @@ impl EdgeRun {
     ///
     /// # Errors
     /// As [`next`](Self::next).
-    pub(crate) async fn find(&mut self, vertex: VertexId) -> Result<Option<u32>, QueryError> {
+    pub(crate) async fn find(&mut self, vertex: End) -> Result<Option<u32>, QueryError> {
         while let Some(node) = self.next().await? {
             if self.search.node(node).vertex == vertex {
                 return Ok(Some(node));

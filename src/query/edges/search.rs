@@ -4,7 +4,7 @@ use foldhash::{HashMap, HashSet};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use super::corner::{Corner, PUT_IN, Within};
+use super::corner::{Corner, End, Within};
 use super::node::Node;
 use super::overlay::{Link, Overlay};
 use super::sector::{sector, wedge};
@@ -31,7 +31,7 @@ struct Entry {
     length: f64,
     /// The same with what is ahead of it, if there is a goal.
     at_least: f64,
-    vertex: VertexId,
+    vertex: End,
     point: Point,
     parent: Option<u32>,
     /// Of those that differ in nothing else, which is first.
@@ -87,16 +87,16 @@ impl Towards {
 pub(crate) struct EdgeSearch {
     outside_is_free: bool,
     overlay: Overlay,
-    links: HashMap<VertexId, Vec<Link>>,
+    links: HashMap<End, Vec<Link>>,
     /// Nothing farther away is wanted.
     limit: f64,
     /// The only vertex to be found, which the search hurries to.
     towards: Option<Towards>,
     queue: BinaryHeap<Entry>,
     nodes: Vec<Node>,
-    settled: HashSet<[VertexId; 2]>,
+    settled: HashSet<[End; 2]>,
     /// Lengths over which vertices with one free sector wait.
-    waiting: HashMap<VertexId, f64>,
+    waiting: HashMap<End, f64>,
     /// A disc, if nothing else is wanted than what lies in it.
     disc: Option<(Point, f64)>,
 }
@@ -104,7 +104,7 @@ pub(crate) struct EdgeSearch {
 impl EdgeSearch {
     /// A search from a vertex, of the file or put in, to all that is not farther away than `limit`.
     pub(crate) fn new(
-        (source, point): (VertexId, Point),
+        (source, point): (End, Point),
         overlay: Overlay,
         limit: f64,
         towards: Option<Towards>,
@@ -147,10 +147,9 @@ impl EdgeSearch {
     /// A search from a vertex in some of its wedges.
     #[cfg(feature = "baselines")]
     pub(crate) fn from_corners(corners: &[Corner], outside_is_free: bool) -> Self {
-        let nowhere = VertexId { tile: PUT_IN, index: 0 };
-        let source = corners
-            .first()
-            .map_or((nowhere, Point::default()), |corner| (corner.vertex, corner.point));
+        let source = corners.first().map_or((End::put_in(0), Point::default()), |corner| {
+            (corner.vertex, corner.point)
+        });
         let mut this = Self::new(source, Overlay::default(), f64::INFINITY, None, outside_is_free);
         this.queue.clear();
         this.queue.extend(corners.iter().zip(0..).map(|(corner, turn)| Entry {
@@ -202,15 +201,17 @@ impl EdgeSearch {
             outside_is_free: self.outside_is_free,
         };
         while let Some(entry) = self.queue.peek() {
-            let is_here = entry.vertex.tile == PUT_IN || entry.vertex.tile == tile.id();
-            if !is_here {
-                return Ok(Step::Need(entry.vertex.tile));
+            let vertex = entry.vertex.vertex();
+            if let Some(VertexId { tile: needed, .. }) = vertex
+                && needed != tile.id()
+            {
+                return Ok(Step::Need(needed));
             }
             let Some(entry) = self.queue.pop() else { break };
-            let found = match entry.within {
-                _ if entry.vertex.tile == PUT_IN => self.settle_put_in(&entry),
-                Some(within) => self.settle(ground, &entry, within)?,
-                None => self.settle_source(ground, &entry)?,
+            let found = match (vertex, entry.within) {
+                (None, _) => self.settle_put_in(&entry),
+                (Some(vertex), Some(within)) => self.settle(ground, &entry, vertex, within)?,
+                (Some(vertex), None) => self.settle_source(ground, &entry, vertex.index)?,
             };
             if let Some(found) = found {
                 return Ok(Step::Found(found));
@@ -220,7 +221,7 @@ impl EdgeSearch {
     }
 
     /// Makes a node of an entry, unless it was one already.
-    fn add(&mut self, entry: &Entry, sector: VertexId) -> Option<u32> {
+    fn add(&mut self, entry: &Entry, sector: End) -> Option<u32> {
         if !self.settled.insert([entry.vertex, sector]) {
             return None;
         }
@@ -238,7 +239,7 @@ impl EdgeSearch {
     fn settle_put_in(&mut self, entry: &Entry) -> Option<u32> {
         let within = entry.within?;
         let Within::Sector(index) = within else { return None };
-        let node = self.add(entry, VertexId { tile: PUT_IN, index })?;
+        let node = self.add(entry, End::put_in(index))?;
         for link in self.links.get(&entry.vertex).cloned().into_iter().flatten() {
             if link.within == within {
                 self.reach(None, node, link.to, 0);
@@ -248,8 +249,7 @@ impl EdgeSearch {
     }
 
     /// All free sectors of the source, which is a vertex of the tile: one now, and the others by way of the queue.
-    fn settle_source(&mut self, ground: Ground<'_>, entry: &Entry) -> Result<Option<u32>, Contradiction> {
-        let vertex = entry.vertex.index;
+    fn settle_source(&mut self, ground: Ground<'_>, entry: &Entry, vertex: u32) -> Result<Option<u32>, Contradiction> {
         let mut wedges = Vec::new();
         for wedge in ground.free_wedges(vertex)? {
             wedges.push((ground.point(ground.neighbours(vertex, wedge)?[0]), wedge));
@@ -258,7 +258,7 @@ impl EdgeSearch {
         wedges.sort_by(|a, b| a.0.lex_cmp(b.0));
         for ((_, wedge), turn) in wedges.into_iter().zip(0..) {
             let within = match wedge {
-                Wedge::Triangle(side) => Within::RightOf(ground.tile.vertex(ground.tile.origin(side.prev().0)).id),
+                Wedge::Triangle(side) => Within::RightOf(ground.tile.vertex(ground.tile.origin(side.prev())).id),
                 Wedge::Outside => Within::Outside,
             };
             self.queue.push(Entry {
@@ -270,8 +270,14 @@ impl EdgeSearch {
         Ok(None)
     }
 
-    fn settle(&mut self, ground: Ground<'_>, entry: &Entry, within: Within) -> Result<Option<u32>, Contradiction> {
-        let (id, vertex) = (entry.vertex, entry.vertex.index);
+    fn settle(
+        &mut self,
+        ground: Ground<'_>,
+        entry: &Entry,
+        at: VertexId,
+        within: Within,
+    ) -> Result<Option<u32>, Contradiction> {
+        let (id, vertex) = (entry.vertex, at.index);
         let mark = ground.mark(vertex).ok_or(Contradiction::NoVertex(vertex))?;
         if mark.is_single() && self.settled.contains(&[id, id]) {
             return Ok(None);
@@ -285,7 +291,7 @@ impl EdgeSearch {
             return Ok(None);
         };
         for wedge in wedges {
-            let [on_right, on_left] = self.edges(ground, id, wedge)?;
+            let [on_right, on_left] = self.edges(ground, at, wedge)?;
             // An open edge is walked along in one of the wedges beside it, and not in the outside: that has no triangles.
             if wedge != Wedge::Outside || ground.left_of(vertex, wedge)?.is_none() {
                 self.walk(ground, node, on_left, 0);
@@ -317,7 +323,7 @@ impl EdgeSearch {
             Wedge::Outside => [Within::Outside; 2],
         };
         Ok([0, 1].map(|i| Corner {
-            vertex: ends[i].id,
+            vertex: ends[i].id.into(),
             point: ends[i].point,
             within: withins[i],
         }))
@@ -341,8 +347,9 @@ impl EdgeSearch {
         if !is_wanted {
             return;
         }
-        let here = ground.filter(|ground| ground.tile.id() == to.vertex.tile);
-        let mark = here.and_then(|ground| ground.mark(to.vertex.index));
+        let here = ground.zip(to.vertex.vertex());
+        let here = here.filter(|(ground, vertex)| ground.tile.id() == vertex.tile);
+        let mark = here.and_then(|(ground, vertex)| ground.mark(vertex.index));
         if mark.is_some_and(Mark::is_single) {
             let waiting = self.waiting.entry(to.vertex).or_insert(f64::INFINITY);
             if *waiting <= length {

@@ -1,49 +1,26 @@
 //! The sectors of vertices, by the vertices beside them.
 
-use super::corner::Within;
+use super::corner::{End, Within};
 use crate::query::free_space::{Ground, Wedge};
-use crate::query::request::{Contradiction, side_towards};
-use crate::store::VertexId;
+use crate::query::request::Contradiction;
 
 /// The wedge of a vertex of the tile that is named by a vertex on its left.
 pub(crate) fn wedge(ground: Ground<'_>, vertex: u32, within: Within) -> Result<Wedge, Contradiction> {
-    let missing = || Contradiction::LacksTriangle(vertex);
-    match within {
-        Within::Outside => Ok(Wedge::Outside),
-        Within::Sector(_) => Err(missing()),
-        Within::RightOf(left) => match side_towards(ground.tile, vertex, left)? {
-            Some(back) => Ok(Wedge::Triangle(back.next())),
-            None => Err(missing()),
-        },
-    }
+    let wedge = match within {
+        Within::Outside => Some(Wedge::Outside),
+        Within::Sector(_) => None,
+        Within::RightOf(left) => ground.right_of_edge(vertex, left)?,
+    };
+    wedge.ok_or(Contradiction::LacksTriangle(vertex))
 }
 
 /// The name of the sector of a wedge, and its wedges from the right to the left.
-pub(crate) fn sector(ground: Ground<'_>, vertex: u32, wedge: Wedge) -> Result<(VertexId, Vec<Wedge>), Contradiction> {
-    let most = ground.tile.triangle_count();
-    let mut first = wedge;
-    let mut is_whole = false;
-    for _ in 0..=most {
-        match ground.right_of(vertex, first)? {
-            Some(right) if right == wedge => {
-                is_whole = true;
-                break;
-            }
-            Some(right) => first = right,
-            None => break,
-        }
-    }
+pub(crate) fn sector(ground: Ground<'_>, vertex: u32, wedge: Wedge) -> Result<(End, Vec<Wedge>), Contradiction> {
+    let (wedges, is_whole) = ground.sector(vertex, wedge)?;
     let name = if is_whole {
         vertex
     } else {
-        ground.neighbours(vertex, first)?[0]
+        ground.neighbours(vertex, wedges[0])?[0]
     };
-    let mut wedges = vec![first];
-    for _ in 0..=most {
-        match ground.left_of(vertex, wedges[wedges.len() - 1])? {
-            Some(left) if left != first => wedges.push(left),
-            _ => return Ok((ground.tile.vertex(name).id, wedges)),
-        }
-    }
-    Err(Contradiction::EndlessStar(vertex))
+    Ok((ground.tile.vertex(name).id.into(), wedges))
 }

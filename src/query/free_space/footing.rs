@@ -6,6 +6,8 @@ use crate::query::request::{QueryError, QueryOptions, Tiles};
 use crate::store::TileReader;
 
 /// Whether one may be at a point.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Footing {
@@ -18,8 +20,11 @@ pub enum Footing {
     },
 }
 
+/// Whether one may be somewhere.
 impl TileReader {
     /// Whether one may be at a point, and where one may if not.
+    ///
+    /// [Examples](crate::query#examples).
     ///
     /// # Errors
     /// As [`shortest_path`](Self::shortest_path).

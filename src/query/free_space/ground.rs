@@ -3,8 +3,9 @@
 //! Walls, and what separates free triangles from holes, *block*.
 
 use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::mesh::Twin;
 use crate::query::request::{Contradiction, Tiles};
-use crate::store::{Across, Tile};
+use crate::store::Tile;
 
 /// What lies beyond a side of a free triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +38,7 @@ impl<'t> Ground<'t> {
     /// Where a corner is.
     #[inline]
     pub(crate) fn point(self, corner: u32) -> Point {
-        self.tile.corner(corner)
+        self.tile.point(corner)
     }
 
     /// Whether a triangle is free.
@@ -48,18 +49,16 @@ impl<'t> Ground<'t> {
     /// What lies beyond a side of a free triangle.
     #[inline]
     pub(crate) fn beyond(self, side: HalfEdge) -> Beyond {
-        let is_constraint = self.tile.is_constraint(side.0);
-        if is_constraint && self.tile.is_wall(side.0) {
+        let is_constraint = self.tile.is_constraint(side);
+        if is_constraint && self.tile.is_wall(side) {
             return Beyond::Blocked;
         }
-        match self.tile.across(side.0) {
+        match self.tile.twin(side) {
             // Only a constraint separates a hole from what is free.
-            Across::Side(other) if !is_constraint || self.is_free(HalfEdge(other).triangle()) => {
-                Beyond::Side(HalfEdge(other))
-            }
-            Across::Elsewhere => Beyond::Elsewhere,
-            Across::Hull if self.outside_is_free => Beyond::Outside,
-            Across::Side(_) | Across::Hull => Beyond::Blocked,
+            Twin::HalfEdge(other) if !is_constraint || self.is_free(other.triangle()) => Beyond::Side(other),
+            Twin::Elsewhere => Beyond::Elsewhere,
+            Twin::Hull if self.outside_is_free => Beyond::Outside,
+            Twin::HalfEdge(_) | Twin::Hull => Beyond::Blocked,
         }
     }
 
@@ -69,7 +68,7 @@ impl<'t> Ground<'t> {
     /// their order, and to none twice; so it ends.
     #[inline]
     pub(crate) fn check_crossing(self, side: HalfEdge, [from, to]: [Point; 2]) -> Result<(), Contradiction> {
-        let [origin, end, apex] = [side, side.next(), side.prev()].map(|side| self.point(self.tile.origin(side.0)));
+        let [origin, end, apex] = [side, side.next(), side.prev()].map(|side| self.point(self.tile.origin(side)));
         if origin == from && end == to && orient2d(from, to, apex) == Orientation::CounterClockwise {
             return Ok(());
         }

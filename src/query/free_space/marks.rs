@@ -1,9 +1,10 @@
 //! What is true of each vertex of a tile, noted for all searches when the first one asks.
 
 use super::ground::Ground;
-use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::geometry::{Orientation, Point, orient2d};
+use crate::mesh::Twin;
 use crate::query::request::Contradiction;
-use crate::store::{Across, Marks};
+use crate::store::Marks;
 
 /// What is true of a vertex. It takes one byte, since each vertex of all tiles in the cache has one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,14 +72,14 @@ impl<'t> Ground<'t> {
             marks[site.vertex as usize] |= SITE;
         }
         let mut has_break_lines = false;
-        for side in self.tile.constraint_sides().map(HalfEdge) {
-            has_break_lines |= !self.tile.is_wall(side.0);
-            let is_blocked = self.tile.is_wall(side.0)
-                || match self.tile.across(side.0) {
-                    Across::Side(other) => self.is_free(side.triangle()) != self.is_free(HalfEdge(other).triangle()),
-                    Across::Hull | Across::Elsewhere => self.is_free(side.triangle()) != self.outside_is_free,
+        for side in self.tile.constraint_half_edges() {
+            has_break_lines |= !self.tile.is_wall(side);
+            let is_blocked = self.tile.is_wall(side)
+                || match self.tile.twin(side) {
+                    Twin::HalfEdge(other) => self.is_free(side.triangle()) != self.is_free(other.triangle()),
+                    Twin::Hull | Twin::Elsewhere => self.is_free(side.triangle()) != self.outside_is_free,
                 };
-            let ends = [side, side.next()].map(|side| self.tile.origin(side.0));
+            let ends = [side, side.next()].map(|side| self.tile.origin(side));
             for end in ends.into_iter().filter(|&end| is_blocked && end < vertices) {
                 marks[end as usize] |= TOUCHED;
             }

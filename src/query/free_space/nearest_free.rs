@@ -66,7 +66,7 @@ impl Search {
     /// What lies beyond the sides of a triangle.
     fn push_sides(&mut self, tile: &Tile, triangle: u32) {
         for side in HalfEdge::of_triangle(triangle) {
-            let [from, to] = tile.ends(side.0);
+            let [from, to] = tile.ends(side);
             self.push([to, from]);
         }
     }
@@ -78,7 +78,7 @@ impl Search {
             let tile = tiles.get(vertex.tile).await?;
             let ground = Ground::of(tiles, &tile);
             let edge = tiles.checked(vertex.tile, ground.along_hull(vertex.index, forward))?;
-            let [from, to] = tile.ends(edge.0);
+            let [from, to] = tile.ends(edge);
             let is_seen = orient2d(from.point, to.point, self.at) == Orientation::Clockwise;
             if !is_seen || self.pushed.contains(&[from.id, to.id]) {
                 return Ok(());
@@ -92,11 +92,11 @@ impl Search {
         while let Some(Reverse((_, [from, to]))) = self.open.pop() {
             match tiles.side_between(from, to).await? {
                 Some((tile, side)) if tile.is_hole(side.triangle()) => self.push_sides(&tile, side.triangle()),
-                Some((tile, side)) => return Ok(Some(nearest_on(tile.ends(side.0).map(|end| end.point), self.at))),
+                Some((tile, side)) => return Ok(Some(nearest_on(tile.ends(side).map(|end| end.point), self.at))),
                 None if tiles.outside_is_free() => {
                     let tile = tiles.get(to.tile).await?;
                     let back = tiles.checked(to.tile, side_towards_hull(Ground::of(tiles, &tile), to, from))?;
-                    return Ok(Some(nearest_on(tile.ends(back.0).map(|end| end.point), self.at)));
+                    return Ok(Some(nearest_on(tile.ends(back).map(|end| end.point), self.at)));
                 }
                 None => {}
             }
@@ -108,7 +108,7 @@ impl Search {
 /// The side from a vertex of the tile along the hull to the next one.
 fn side_towards_hull(ground: Ground<'_>, from: VertexId, to: VertexId) -> Result<HalfEdge, Contradiction> {
     let side = ground.first(from.index)?;
-    let [_, end] = ground.tile.ends(side.0);
+    let [_, end] = ground.tile.ends(side);
     (end.id == to)
         .then_some(side)
         .ok_or(Contradiction::NoHullEdge(from, to))

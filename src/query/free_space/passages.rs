@@ -103,7 +103,7 @@ impl<'t> Passages<'t> {
     pub(crate) fn corner(self, side: HalfEdge) -> u32 {
         let noted = &self.noted.of_sides[side.index()];
         match noted.get(Noted::Corner) {
-            NotedSide::NONE => noted.note(Noted::Corner, self.ground.tile.origin(side.0)),
+            NotedSide::NONE => noted.note(Noted::Corner, self.ground.tile.origin(side)),
             corner => corner,
         }
     }
@@ -227,7 +227,7 @@ impl Ground<'_> {
         let mut components = 0..self.tile.component_count();
         !self.outside_is_free
             || components.any(|component| self.tile.component_at(component).is_hole)
-            || self.tile.constraint_sides().any(|side| self.tile.is_wall(side))
+            || self.tile.constraint_half_edges().any(|side| self.tile.is_wall(side))
     }
 
     fn site_marks(self) -> Vec<bool> {

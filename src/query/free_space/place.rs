@@ -109,7 +109,7 @@ impl Place {
             }
             Spot::Vertex(vertex) => {
                 let tile = tiles.get(vertex.id.tile).await?;
-                if tile.side_leaving(vertex.id.index).is_none() {
+                if tile.leaving(vertex.id.index).is_none() {
                     return Err(tiles.no_triangles());
                 }
                 let wedges = Ground::of(tiles, &tile).free_wedges(vertex.id.index);

@@ -20,8 +20,9 @@
 use super::ground::Ground;
 use super::passages::Passage;
 use crate::geometry::{HalfEdge, Orientation, orient2d};
-use crate::query::request::Contradiction;
-use crate::store::Across;
+use crate::mesh::{StarEnd, Topology};
+use crate::query::request::{Contradiction, side_towards};
+use crate::store::VertexId;
 
 /// A part of the plane round a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,25 +41,13 @@ impl<'t> Ground<'t> {
         }
     }
 
-    /// The wedge beyond the left edge of one, whatever separates them.
-    fn any_left(self, vertex: u32, wedge: Wedge) -> Result<Wedge, Contradiction> {
-        match wedge {
-            Wedge::Triangle(side) => match self.tile.across(side.prev().0) {
-                Across::Side(other) => Ok(Wedge::Triangle(HalfEdge(other))),
-                Across::Hull => Ok(Wedge::Outside),
-                Across::Elsewhere => Err(Contradiction::IncompleteStar(vertex)),
-            },
-            Wedge::Outside => self.first(vertex).map(Wedge::Triangle),
-        }
-    }
-
     /// The wedge beyond the left edge of a free one, if one may go there.
     pub(crate) fn left_of(self, vertex: u32, wedge: Wedge) -> Result<Option<Wedge>, Contradiction> {
         let side = match wedge {
             Wedge::Triangle(side) => side.prev(),
             Wedge::Outside => {
                 let first = self.first(vertex)?;
-                let is_open = !self.tile.is_wall(first.0) && self.is_free(first.triangle());
+                let is_open = !self.tile.is_wall(first) && self.is_free(first.triangle());
                 return Ok(is_open.then_some(Wedge::Triangle(first)));
             }
         };
@@ -71,7 +60,7 @@ impl<'t> Ground<'t> {
             Wedge::Triangle(side) => self.wedge_beyond(vertex, side, HalfEdge::next),
             Wedge::Outside => {
                 let last = self.last(vertex)?;
-                let is_open = !self.tile.is_wall(last.prev().0) && self.is_free(last.triangle());
+                let is_open = !self.tile.is_wall(last.prev()) && self.is_free(last.triangle());
                 Ok(is_open.then_some(Wedge::Triangle(last)))
             }
         }
@@ -113,28 +102,22 @@ impl<'t> Ground<'t> {
 
     /// The side that leaves a hull vertex along the hull, with the hull's inside on its left.
     pub(crate) fn first(self, vertex: u32) -> Result<HalfEdge, Contradiction> {
-        let mut side = self.leaving(vertex)?;
-        for _ in 0..self.tile.triangle_count() {
-            match self.tile.across(side.0) {
-                Across::Side(other) => side = HalfEdge(other).next(),
-                Across::Hull => return Ok(side),
-                Across::Elsewhere => return Err(Contradiction::IncompleteStar(vertex)),
-            }
+        match self.tile.rewind(self.leaving(vertex)?).1 {
+            StarEnd::Hull(first) => Ok(first),
+            StarEnd::Elsewhere(_) => Err(Contradiction::IncompleteStar(vertex)),
+            StarEnd::Closed | StarEnd::Endless => Err(Contradiction::NotOnHull(vertex)),
         }
-        Err(Contradiction::NotOnHull(vertex))
     }
 
     /// The side that leaves a hull vertex, of the triangle whose side before it comes in along the hull.
     pub(crate) fn last(self, vertex: u32) -> Result<HalfEdge, Contradiction> {
-        let mut side = self.leaving(vertex)?;
-        for _ in 0..self.tile.triangle_count() {
-            match self.tile.across(side.prev().0) {
-                Across::Side(other) => side = HalfEdge(other),
-                Across::Hull => return Ok(side),
-                Across::Elsewhere => return Err(Contradiction::IncompleteStar(vertex)),
-            }
+        let mut star = self.tile.star(self.leaving(vertex)?);
+        star.by_ref().for_each(drop);
+        match star.end() {
+            Some(StarEnd::Hull(arriving)) => Ok(arriving.next()),
+            Some(StarEnd::Elsewhere(_)) => Err(Contradiction::IncompleteStar(vertex)),
+            Some(StarEnd::Closed | StarEnd::Endless) | None => Err(Contradiction::NotOnHull(vertex)),
         }
-        Err(Contradiction::NotOnHull(vertex))
     }
 
     /// The hull edge that leaves a hull vertex, or the one that comes in; the hull is on its left.
@@ -150,8 +133,8 @@ impl<'t> Ground<'t> {
         if vertex >= self.tile.vertex_count() {
             return Err(Contradiction::NoVertex(vertex));
         }
-        let side = self.tile.side_leaving(vertex);
-        side.map(HalfEdge).ok_or(Contradiction::NoTriangle(vertex))
+        let side = self.tile.leaving(vertex);
+        side.ok_or(Contradiction::NoTriangle(vertex))
     }
 
     /// The wedges round a vertex of the tile that are free.
@@ -163,14 +146,46 @@ impl<'t> Ground<'t> {
 
     /// All wedges round a vertex of the tile, counter-clockwise.
     pub(crate) fn wedges(self, vertex: u32) -> Result<Vec<Wedge>, Contradiction> {
-        let mut wedges = Vec::new();
-        let start = Wedge::Triangle(self.leaving(vertex)?);
-        let mut wedge = start;
+        let start = self.leaving(vertex)?;
+        let mut star = self.tile.star(start);
+        let mut wedges: Vec<Wedge> = star.by_ref().map(Wedge::Triangle).collect();
+        match star.end() {
+            Some(StarEnd::Closed) => {}
+            Some(StarEnd::Hull(_)) => {
+                wedges.push(Wedge::Outside);
+                let rest = self.tile.star(self.first(vertex)?);
+                wedges.extend(rest.take_while(|&side| side != start).map(Wedge::Triangle));
+            }
+            Some(StarEnd::Elsewhere(_)) => return Err(Contradiction::IncompleteStar(vertex)),
+            Some(StarEnd::Endless) | None => return Err(Contradiction::EndlessStar(vertex)),
+        }
+        Ok(wedges)
+    }
+
+    /// The wedge on the right of the edge to another vertex; `None` if that is the outside.
+    pub(crate) fn right_of_edge(self, vertex: u32, to: VertexId) -> Result<Option<Wedge>, Contradiction> {
+        let back = side_towards(self.tile, vertex, to)?;
+        Ok(back.map(|back| Wedge::Triangle(back.next())))
+    }
+
+    /// The wedges of the sector of a wedge, from the right to the left, and whether nothing blocks anywhere round the vertex.
+    pub(crate) fn sector(self, vertex: u32, wedge: Wedge) -> Result<(Vec<Wedge>, bool), Contradiction> {
+        let mut first = wedge;
+        let mut is_whole = false;
         for _ in 0..=self.tile.triangle_count() {
-            wedges.push(wedge);
-            wedge = self.any_left(vertex, wedge)?;
-            if wedge == start {
-                return Ok(wedges);
+            match self.right_of(vertex, first)? {
+                Some(right) if right != wedge => first = right,
+                right => {
+                    is_whole = right.is_some();
+                    break;
+                }
+            }
+        }
+        let mut wedges = vec![first];
+        for _ in 0..=self.tile.triangle_count() {
+            match self.left_of(vertex, wedges[wedges.len() - 1])? {
+                Some(left) if left != first => wedges.push(left),
+                _ => return Ok((wedges, is_whole)),
             }
         }
         Err(Contradiction::EndlessStar(vertex))

@@ -13,9 +13,9 @@ use super::pull::Portal;
 use crate::geometry::Orientation::{Clockwise, Collinear, CounterClockwise};
 use crate::geometry::{HalfEdge, Point, orient2d};
 use crate::query::answer::WayPoint;
-use crate::query::edges::{Node, Within, is_put_in, sector, wedge};
+use crate::query::edges::{Node, Within, sector, wedge};
 use crate::query::free_space::{Beyond, Ground, Wedge};
-use crate::query::request::{Contradiction, QueryError, Tiles, side_towards};
+use crate::query::request::{Contradiction, QueryError, Tiles};
 use crate::store::{Tile, VertexId};
 
 /// A part of a way that runs through triangles, and so can be pulled taut; without portals it is straight.
@@ -35,7 +35,7 @@ struct Pass {
 
 /// A way over edges, in pieces: it goes from one to the next where it leaves the triangles, to walk along the hull.
 pub(crate) async fn pieces(tiles: &mut Tiles, way: &[Node]) -> Result<Vec<Piece>, QueryError> {
-    let point = |node: &Node| (node.point, (!is_put_in(node.vertex)).then_some(node.vertex));
+    let point = |node: &Node| (node.point, node.vertex.vertex());
     let [first, .., last] = way else {
         return Ok(Vec::new());
     };
@@ -84,20 +84,24 @@ struct Passing {
 
 /// How a way passes a node between two others: through the fewest triangles.
 async fn passing(tiles: &mut Tiles, [before, node, after]: [&Node; 3]) -> Result<Passing, QueryError> {
-    let comes = reach(tiles, node, before).await?;
-    let goes = if is_put_in(after.vertex) {
-        reach(tiles, node, after).await?
-    } else {
-        leaving(tiles, node, after).await?
+    let Some(vertex) = node.vertex.vertex() else {
+        // Only ends are put in.
+        let reason = "a way goes through a point that is no vertex".to_owned();
+        return Err(QueryError::Uncertified { reason });
+    };
+    let comes = reach(tiles, vertex, node, before).await?;
+    let goes = match after.vertex.vertex() {
+        None => reach(tiles, vertex, node, after).await?,
+        Some(end) => leaving(tiles, vertex, end, after).await?,
     };
     // The side to which it turns is the shorter one.
     let turns_left = orient2d(before.point, node.point, after.point) == CounterClockwise;
-    let outside = [before, after].map(|other| is_put_in(other.vertex).then_some(other.point));
+    let outside = [before, after].map(|other| other.vertex.is_put_in().then_some(other.point));
     let mut best: Option<(usize, Passing)> = None;
     for (come, entry) in &comes {
         for (go, exit) in &goes {
             let pass = Pass {
-                vertex: node.vertex,
+                vertex,
                 wedges: [*come, *go],
                 outside,
             };
@@ -130,15 +134,20 @@ async fn passing(tiles: &mut Tiles, [before, node, after]: [&Node; 3]) -> Result
 }
 
 /// The wedges of a node in which another one beside it on the way may lie; if that was put in, with the portals on the way to it.
-async fn reach(tiles: &mut Tiles, node: &Node, other: &Node) -> Result<Vec<(Wedge, Vec<Portal>)>, QueryError> {
-    let tile = tiles.get(node.vertex.tile).await?;
+async fn reach(
+    tiles: &mut Tiles,
+    vertex: VertexId,
+    node: &Node,
+    other: &Node,
+) -> Result<Vec<(Wedge, Vec<Portal>)>, QueryError> {
+    let tile = tiles.get(vertex.tile).await?;
     let ground = Ground::of(tiles, &tile);
-    let (index, damaged) = (node.vertex.index, |reason| tiles.damaged(tile.id(), reason));
+    let (index, damaged) = (vertex.index, |reason| tiles.damaged(tile.id(), reason));
     let Some(within) = node.within else {
         return Ok(Vec::new());
     };
     let here = wedge(ground, index, within).map_err(damaged)?;
-    if !is_put_in(other.vertex) {
+    if !other.vertex.is_put_in() {
         return Ok(vec![(here, Vec::new())]);
     }
     let (_, wedges) = sector(ground, index, here).map_err(damaged)?;
@@ -169,7 +178,7 @@ async fn straight(
     side: HalfEdge,
     to: Point,
 ) -> Result<Option<Vec<Portal>>, QueryError> {
-    let from = tile.corner(tile.origin(side.0));
+    let from = tile.point(tile.origin(side));
     let (mut tile, mut exit) = (tile, side.next());
     let mut portals = Vec::new();
     let is_in = |tile: &Tile, triangle: u32| {
@@ -177,7 +186,7 @@ async fn straight(
         (0..3).all(|s| orient2d(corners[s], corners[(s + 1) % 3], to) != Clockwise)
     };
     while !is_in(&tile, exit.triangle()) {
-        let [right, left] = tile.ends(exit.0);
+        let [right, left] = tile.ends(exit);
         portals.push(Portal {
             right: (right.point, Some(right.id)),
             left: (left.point, Some(left.id)),
@@ -200,7 +209,7 @@ async fn straight(
         if is_in(&tile, entered.triangle()) {
             break;
         }
-        let apex = tile.corner(tile.origin(entered.prev().0));
+        let apex = tile.point(tile.origin(entered.prev()));
         exit = match orient2d(from, to, apex) {
             CounterClockwise => entered.next(),
             Clockwise => entered.prev(),
@@ -211,13 +220,18 @@ async fn straight(
 }
 
 /// The wedge of a node by whose triangle the way goes on to a vertex of the file.
-async fn leaving(tiles: &mut Tiles, node: &Node, after: &Node) -> Result<Vec<(Wedge, Vec<Portal>)>, QueryError> {
-    let tile = tiles.get(node.vertex.tile).await?;
-    let (ground, index) = (Ground::of(tiles, &tile), node.vertex.index);
+async fn leaving(
+    tiles: &mut Tiles,
+    vertex: VertexId,
+    end: VertexId,
+    after: &Node,
+) -> Result<Vec<(Wedge, Vec<Portal>)>, QueryError> {
+    let tile = tiles.get(vertex.tile).await?;
+    let (ground, index) = (Ground::of(tiles, &tile), vertex.index);
     let found = match after.within {
         // The triangle is on the left of the way if the wedge at its end begins there.
-        Some(Within::RightOf(third)) if third == node.vertex => right_at(ground, index, after.vertex),
-        Some(Within::RightOf(_)) => wedge(ground, index, Within::RightOf(after.vertex)).map(Some),
+        Some(Within::RightOf(third)) if third == vertex => right_at(ground, index, end),
+        Some(Within::RightOf(_)) => wedge(ground, index, Within::RightOf(end)).map(Some),
         Some(Within::Outside) => Ok(Some(Wedge::Outside)),
         Some(Within::Sector(_)) | None => Ok(None),
     };
@@ -307,14 +321,13 @@ impl Piece {
         };
         let tile = tiles.get(vertex.tile).await?;
         if vertex.index >= tile.vertex_count() {
-            let reason = Contradiction::NoVertex(vertex.index);
-            return Err(tiles.damaged(vertex.tile, reason));
+            return Err(tiles.damaged(vertex.tile, Contradiction::NoVertex(vertex.index)));
         }
         let ground = Ground::of(tiles, &tile);
         let wedges =
             [(enter, is_left), (leave, !is_left)].map(|(end, on_right)| beside(ground, vertex.index, end, on_right));
-        let damaged = |reason| tiles.damaged(tile.id(), reason);
-        let [Some(come), Some(go)] = [wedges[0].clone().map_err(damaged)?, wedges[1].clone().map_err(damaged)?] else {
+        let [come, go] = wedges.map(|wedge| tiles.checked(tile.id(), wedge));
+        let (Some(come), Some(go)) = (come?, go?) else {
             return Ok(None);
         };
         let pass = Pass {
@@ -336,8 +349,6 @@ fn beside(ground: Ground<'_>, vertex: u32, end: VertexId, on_right: bool) -> Res
     if !on_right {
         return right_at(ground, vertex, end);
     }
-    Ok(match side_towards(ground.tile, vertex, end)? {
-        Some(back) => Some(Wedge::Triangle(back.next())),
-        None => ground.outside_is_free.then_some(Wedge::Outside),
-    })
+    let wedge = ground.right_of_edge(vertex, end)?;
+    Ok(wedge.or(ground.outside_is_free.then_some(Wedge::Outside)))
 }

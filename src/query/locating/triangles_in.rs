@@ -8,6 +8,7 @@ use crate::geometry::{Orientation, Point, Rect, orient2d};
 use crate::query::request::representable;
 use crate::store::{ReadError, TileId, TileReader};
 
+/// Triangles in a rectangle.
 impl TileReader {
     /// The triangles that have a point in common with a closed rectangle, each once, in the order of the tiles. A side closer
     /// to 0 than [`Point::MIN_MAGNITUDE`] counts as 0.

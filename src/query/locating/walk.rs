@@ -1,13 +1,11 @@
-//! Which triangle contains a point: a walk from a near vertex of the cell's tile (Mücke, Saias and Zhu, "Fast randomized point location
-//! without preprocessing", 1996).
-//!
-//! The walk crosses any side that has the point strictly on its other side (Devillers, Pion and Teillaud, "Walking in a
-//! triangulation", 2002), in random order: on a Delaunay triangulation it cannot go in circles, and on others it does not for ever.
+//! Which triangle contains a point: a [walk](crate::mesh::Walk) from a near vertex of the cell's tile (Mücke, Saias and Zhu, "Fast
+//! randomized point location without preprocessing", 1996), from tile to tile.
 
 use super::location::{Location, TriangleRef};
-use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Point};
+use crate::mesh::{Walk, WalkEnd};
 use crate::query::request::{Contradiction, QueryError, Tiles, side_towards};
-use crate::store::{Across, Tile, TileId, VertexId};
+use crate::store::{Tile, TileId, VertexId};
 
 /// So many times the power of two below the cube root of their number of the vertices of a tile are looked at for where to start: the walk
 /// takes about as long as that then.
@@ -44,26 +42,23 @@ enum Start {
 
 /// A walk that is interrupted where it enters another tile.
 pub(crate) struct Locate {
-    target: Point,
+    walk: Walk,
     /// Where to enter the next tile: through the side from the first vertex to the second, which the next tile owns.
     enter: Option<(VertexId, VertexId)>,
-    /// Triangles that may still be entered, before the walk must be going in circles.
-    steps: u64,
 }
 
 impl Locate {
     /// A walk to a point, in a triangulation of so many triangles.
     pub(crate) fn new(target: Point, triangles: u64) -> Self {
         Self {
-            target,
+            walk: Walk::new(target, triangles),
             enter: None,
-            steps: 4 * triangles.saturating_add(4),
         }
     }
 
     /// Goes on in a tile; an error says how the tile contradicts itself or others.
     pub(crate) fn step(&mut self, tile: &Tile) -> Result<Step, Contradiction> {
-        let mut side = match self.enter.take() {
+        let start = match self.enter.take() {
             None => match self.start(tile) {
                 Start::From(side) => side,
                 Start::There(location) => return Ok(Step::Done(location.into())),
@@ -78,50 +73,39 @@ impl Locate {
                 }
             }
         };
-        loop {
-            self.steps = self.steps.checked_sub(1).ok_or(Contradiction::EndlessWalk)?;
-            // Off Delaunay's triangulation, where constraints are, the walk might go in circles if it always turned the same way.
-            let turns_left = self.steps.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 63 == 1;
-            let [one, other] = if turns_left {
-                [side.prev(), side.next()]
-            } else {
-                [side.next(), side.prev()]
-            };
-            let sides = [one, other, side];
-            let turn = |s: HalfEdge| {
-                let [from, to] = [s, s.next()].map(|s| tile.corner(tile.origin(s.0)));
-                orient2d(from, to, self.target)
-            };
-            let Some(exit) = sides.into_iter().find(|&s| turn(s) == Orientation::Clockwise) else {
-                return Ok(Step::Done(inside(tile, sides, sides.map(turn)).into()));
-            };
-            side = match tile.across(exit.0) {
-                Across::Side(side) => HalfEdge(side),
-                Across::Hull => return Ok(outside(tile.ends(exit.0).map(|end| end.id))),
-                Across::Elsewhere => {
-                    let [from, to] = [exit, exit.next()].map(|s| tile.vertex(tile.origin(s.0)).id);
-                    // Across, the side runs from `to` to `from`.
-                    self.enter = Some((to, from));
-                    return Ok(Step::Need(from.tile));
-                }
-            };
-        }
+        let location = match self.walk.run(tile, start)? {
+            WalkEnd::Triangle(triangle) => Location::InTriangle(TriangleRef::of(tile, triangle)),
+            WalkEnd::Edge(side) => Location::OnEdge {
+                ends: tile.ends(side),
+                triangle: TriangleRef::of(tile, side.triangle()),
+            },
+            WalkEnd::Vertex(side) => Location::OnVertex(tile.vertex(tile.origin(side))),
+            WalkEnd::Hull(exit) => return Ok(outside(tile.ends(exit).map(|end| end.id))),
+            WalkEnd::Elsewhere(exit) => {
+                let [from, to] = tile.ends(exit).map(|end| end.id);
+                // Across, the side runs from `to` to `from`.
+                self.enter = Some((to, from));
+                return Ok(Step::Need(from.tile));
+            }
+        };
+        Ok(Step::Done(location.into()))
     }
 
     /// A side that leaves a vertex near the target, or where the target lies if nothing leaves it.
     fn start(&self, tile: &Tile) -> Start {
+        let target = self.walk.target();
         let square = |p: Point| {
-            let (dx, dy) = (p.x - self.target.x, p.y - self.target.y);
+            let (dx, dy) = (p.x - target.x, p.y - target.y);
             dx * dx + dy * dy
         };
         // The nearest of a few; their vertices are in Morton order, so these are spread evenly.
         let sample = (0..tile.vertex_count()).step_by(apart(tile.vertex_count()));
         let nearest = sample.min_by(|&p, &q| square(tile.point(p)).total_cmp(&square(tile.point(q))));
-        if let Some(side) = nearest.and_then(|vertex| tile.side_leaving(vertex).map(HalfEdge)) {
+        if let Some(side) = nearest.and_then(|vertex| tile.leaving(vertex)) {
             return Start::From(side);
         }
         // Without triangles there is nothing but vertices.
-        let here = tile.points().zip(0..).find(|(point, _)| *point == self.target);
+        let here = tile.points().zip(0..).find(|(point, _)| *point == target);
         Start::There(here.map_or(Location::Outside, |(_, vertex)| Location::OnVertex(tile.vertex(vertex))))
     }
 }
@@ -137,27 +121,6 @@ fn outside(exit: [VertexId; 2]) -> Step {
         location: Location::Outside,
         exit: Some(exit),
     })
-}
-
-/// Where the target lies in a triangle that it is not outside of.
-fn inside(tile: &Tile, sides: [HalfEdge; 3], turns: [Orientation; 3]) -> Location {
-    let triangle = TriangleRef::of(tile, sides[0].triangle());
-    let on: Vec<HalfEdge> = sides
-        .into_iter()
-        .zip(turns)
-        .filter(|(_, turn)| *turn == Orientation::Collinear)
-        .map(|(side, _)| side)
-        .collect();
-    let origin = |side: HalfEdge| tile.vertex(tile.origin(side.0));
-    match on[..] {
-        [] => Location::InTriangle(triangle),
-        [side] => Location::OnEdge {
-            ends: [origin(side), origin(side.next())],
-            triangle,
-        },
-        // On two sides: at the corner between them.
-        [a, b, ..] => Location::OnVertex(origin(if a.next() == b { b } else { a })),
-    }
 }
 
 impl Tiles {

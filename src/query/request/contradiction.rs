@@ -1,6 +1,7 @@
 //! How a tile contradicts itself or others.
 
 use crate::geometry::Point;
+use crate::mesh::{EndlessWalk, StarError};
 use crate::store::VertexId;
 
 /// How a tile contradicts itself or others, in a way that only shows when it is walked through.
@@ -32,4 +33,19 @@ pub(crate) enum Contradiction {
     IdleBend(u32),
     #[error("nothing is where ({x}, {y}) lies", x = .0.x, y = .0.y)]
     NothingAt(Point),
+}
+
+impl From<StarError> for Contradiction {
+    fn from(error: StarError) -> Self {
+        match error {
+            StarError::Incomplete { vertex } => Self::IncompleteStar(vertex),
+            StarError::Endless { vertex } => Self::EndlessStar(vertex),
+        }
+    }
+}
+
+impl From<EndlessWalk> for Contradiction {
+    fn from(EndlessWalk: EndlessWalk) -> Self {
+        Self::EndlessWalk
+    }
 }

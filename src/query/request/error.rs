@@ -6,6 +6,8 @@ use crate::geometry::Point;
 use crate::store::ReadError;
 
 /// Why a query has no answer.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum QueryError {
@@ -63,8 +65,15 @@ pub enum QueryError {
 impl QueryError {
     /// The same, if it is that a budget was used up, with what is known of the rest.
     pub(crate) fn at_least(self, at_least: f64) -> Self {
+        self.bounded(|_| at_least)
+    }
+
+    /// The same, if it is that a budget was used up, with what is known of the rest, given what it says.
+    pub(crate) fn bounded(self, at_least: impl FnOnce(f64) -> f64) -> Self {
         match self {
-            Self::OutOfBudget { .. } => Self::OutOfBudget { at_least },
+            Self::OutOfBudget { at_least: known } => Self::OutOfBudget {
+                at_least: at_least(known),
+            },
             other => other,
         }
     }

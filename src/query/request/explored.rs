@@ -9,6 +9,8 @@ use crate::geometry::Point;
 
 /// Collects the triangles that searches go through: see [`QueryOptions::explored`](crate::query::request::options::QueryOptions::explored). Its memory
 /// grows with their number.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, Default)]
 pub struct Explored(Arc<Mutex<HashSet<[u64; 6]>>>);
 

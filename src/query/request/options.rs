@@ -7,6 +7,8 @@ use super::error::QueryError;
 use super::explored::Explored;
 
 /// How exact answers are to be. All have a lower and an upper bound, so that one can tell.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Mode {
@@ -38,6 +40,8 @@ impl FromStr for Mode {
 }
 
 /// A text names no mode.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("a mode is exact, fast, or within: and a number that is not negative, as within:0.05")]
 pub struct UnknownMode;
@@ -48,6 +52,8 @@ pub(crate) fn is_tolerance(tolerance: f64) -> bool {
 }
 
 /// What a query may use, and what it gives back beside distances.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, Default)]
 pub struct QueryOptions {
     pub(crate) max_tiles: Option<u64>,

@@ -7,7 +7,7 @@ use crate::query::free_space::{Ground, Place, Wedge};
 use crate::query::request::{Contradiction, QueryError, Tiles, side_towards};
 use crate::store::{EdgeSource, Tile, Vertex};
 
-/// Makes a path of a way from a place to another place or a vertex.
+/// Makes a path of a shortest way from a place to another place or a vertex.
 pub(crate) async fn path(
     tiles: &mut Tiles,
     way: &[WayPoint],
@@ -16,21 +16,11 @@ pub(crate) async fn path(
     is_certified: bool,
 ) -> Result<Path, QueryError> {
     let distance = Distance::of_legs(length, way.len());
-    told(tiles, way, ends, distance, [is_certified, true]).await
+    path_with(tiles, way, ends, distance, [is_certified, true]).await
 }
 
 /// The same with bounds that are known; it need not be a shortest one.
 pub(crate) async fn path_with(
-    tiles: &mut Tiles,
-    way: &[WayPoint],
-    ends: [&Place; 2],
-    distance: Distance,
-    is_certified: bool,
-) -> Result<Path, QueryError> {
-    told(tiles, way, ends, distance, [is_certified, false]).await
-}
-
-async fn told(
     tiles: &mut Tiles,
     way: &[WayPoint],
     ends: [&Place; 2],
@@ -98,7 +88,7 @@ async fn bend(
             return Err(tiles.damaged(tile.id(), Contradiction::IdleBend(vertex.id.index)));
         }
     };
-    let [from, to] = tile.ends(edge.0);
+    let [from, to] = tile.ends(edge);
     let edge_to = if from.id == vertex.id { to } else { from };
     let away = if turns_left {
         Orientation::Clockwise
@@ -144,7 +134,7 @@ async fn sources_from(
     // The sources stand in the tile of the smaller end.
     let owner = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
     if owner.id.tile == tile.id() {
-        let [start, _] = tile.ends(side.0);
+        let [start, _] = tile.ends(side);
         return Ok(sources(tile, side, start.id == from.id));
     }
     let there = tiles.get(to.id.tile).await?;
@@ -159,7 +149,7 @@ async fn sources_from(
 
 /// The lines along a side, as seen in its direction or against it.
 fn sources(tile: &Tile, side: HalfEdge, along: bool) -> Vec<EdgeSource> {
-    let sources = tile.edge_sources(side.0);
+    let sources = tile.edge_sources(side);
     sources
         .map(|source| if along { source } else { source.reversed() })
         .collect()

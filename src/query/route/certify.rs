@@ -9,7 +9,7 @@ use crate::geometry::Orientation::{Clockwise, Collinear, CounterClockwise};
 use crate::geometry::{HalfEdge, Point, orient2d};
 use crate::query::answer::WayPoint;
 use crate::query::free_space::{Beyond, Ground, Place, Spot, Wedge};
-use crate::query::request::{Contradiction, QueryError, Tiles, side_towards};
+use crate::query::request::{Contradiction, QueryError, Tiles};
 use crate::store::{Tile, VertexId};
 
 /// A wedge of a vertex: that of the triangle on the right of the edge to the vertex `left`, or the outside.
@@ -123,7 +123,7 @@ impl Leg<'_> {
             return Ok(());
         }
         for side in HalfEdge::of_triangle(triangle) {
-            let [right, left] = tile.ends(side.0);
+            let [right, left] = tile.ends(side);
             self.reach_by(&tile, side, self.from);
             let leaves = orient2d(right.point, left.point, self.from) == CounterClockwise
                 && orient2d(self.from, right.point, self.to) == CounterClockwise
@@ -146,7 +146,7 @@ impl Leg<'_> {
                 let edge = self
                     .tiles
                     .checked(vertex.tile, ground.along_hull(vertex.index, forward))?;
-                let [left, right] = tile.ends(edge.0);
+                let [left, right] = tile.ends(edge);
                 self.reach(left.id, left.point, None, self.from);
                 self.reach(right.id, right.point, None, self.from);
                 if orient2d(left.point, right.point, self.from) != Clockwise {
@@ -158,7 +158,7 @@ impl Leg<'_> {
                 if enters {
                     is_free = false;
                     // The first edge comes twice.
-                    if !tile.is_wall(edge.0) && ground.is_free(edge.triangle()) && !self.has_arrived {
+                    if !tile.is_wall(edge) && ground.is_free(edge.triangle()) && !self.has_arrived {
                         self.through(Arc::clone(&tile), edge).await?;
                     }
                 }
@@ -199,24 +199,11 @@ impl Leg<'_> {
             return Err(Contradiction::NoVertex(vertex));
         }
         let start = match corner.left {
-            None => Wedge::Outside,
-            Some(left) => match side_towards(tile, vertex, left)? {
-                Some(back) => Wedge::Triangle(back.next()),
-                None => return Err(Contradiction::LacksTriangle(vertex)),
-            },
+            None => Some(Wedge::Outside),
+            Some(left) => ground.right_of_edge(vertex, left)?,
         };
-        let mut wedges = vec![start];
-        for leftwards in [true, false] {
-            let mut wedge = start;
-            for _ in 0..=tile.triangle_count() {
-                match ground.beside(vertex, wedge, leftwards)? {
-                    Some(there) if there != start => wedge = there,
-                    _ => break,
-                }
-                wedges.push(wedge);
-            }
-        }
-        Ok(wedges)
+        let start = start.ok_or(Contradiction::LacksTriangle(vertex))?;
+        Ok(ground.sector(vertex, start)?.0)
     }
 
     /// Leaves a vertex by a wedge, if the way leads there.
@@ -230,7 +217,7 @@ impl Leg<'_> {
                 for corner in [side.next(), side.prev()] {
                     self.reach_by(tile, corner, at);
                 }
-                let [right, left] = [side.next(), side.prev()].map(|side| tile.corner(tile.origin(side.0)));
+                let [right, left] = [side.next(), side.prev()].map(|side| tile.point(tile.origin(side)));
                 if orient2d(at, right, self.to) == CounterClockwise && orient2d(at, left, self.to) == Clockwise {
                     self.cross(Arc::clone(tile), side.next()).await?;
                 }
@@ -268,7 +255,7 @@ impl Leg<'_> {
             .find(|(_, point)| *point == self.to)
             .map(|(side, _)| side)
         {
-            let vertex = tile.vertex(tile.origin(side.0)).id;
+            let vertex = tile.vertex(tile.origin(side)).id;
             self.arrived.push(corner(tile, vertex, Wedge::Triangle(side)));
         }
         self.has_arrived = true;
@@ -277,8 +264,8 @@ impl Leg<'_> {
 
     /// Reaches the vertex of a side that leaves it, if it lies on the way.
     fn reach_by(&mut self, tile: &Tile, side: HalfEdge, from: Point) {
-        let vertex = tile.vertex(tile.origin(side.0));
-        let left = tile.vertex(tile.origin(side.prev().0)).id;
+        let vertex = tile.vertex(tile.origin(side));
+        let left = tile.vertex(tile.origin(side.prev())).id;
         self.reach(vertex.id, vertex.point, Some(left), from);
     }
 
@@ -305,14 +292,14 @@ impl Leg<'_> {
     async fn over(&mut self, tile: Arc<Tile>, side: HalfEdge) -> Result<Option<(Arc<Tile>, HalfEdge)>, QueryError> {
         match self.ground(&tile).beyond(side) {
             Beyond::Side(over) => {
-                let [from, to] = tile.ends(side.0).map(|end| end.point);
+                let [from, to] = tile.ends(side).map(|end| end.point);
                 self.check_crossing(&tile, over, [to, from])?;
                 return Ok(Some((tile, over)));
             }
             Beyond::Blocked => return Ok(None),
             Beyond::Outside => {}
             Beyond::Elsewhere => {
-                let [from, to] = tile.ends(side.0);
+                let [from, to] = tile.ends(side);
                 match self.tiles.side_between(to.id, from.id).await? {
                     Some((tile, side)) => {
                         self.check_crossing(&tile, side, [to.point, from.point])?;
@@ -340,7 +327,7 @@ impl Leg<'_> {
             if self.arrives_in(&tile, side.triangle()) {
                 return Ok(());
             }
-            let apex = tile.corner(tile.origin(side.prev().0));
+            let apex = tile.point(tile.origin(side.prev()));
             let exit = match orient2d(self.from, self.to, apex) {
                 CounterClockwise => side.next(),
                 Clockwise => side.prev(),
@@ -360,7 +347,7 @@ impl Leg<'_> {
 /// The wedge of a vertex, by vertices.
 fn corner(tile: &Tile, vertex: VertexId, wedge: Wedge) -> Corner {
     let left = match wedge {
-        Wedge::Triangle(side) => Some(tile.vertex(tile.origin(side.prev().0)).id),
+        Wedge::Triangle(side) => Some(tile.vertex(tile.origin(side.prev())).id),
         Wedge::Outside => None,
     };
     Corner { vertex, left }

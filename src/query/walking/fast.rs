@@ -81,14 +81,9 @@ pub(crate) async fn way(tiles: Tiles, from: &Place, to: &Place) -> Result<(Tiles
     let ends = [from.point, to.point];
     let (mut run, end) = EdgeRun::towards(tiles, from.clone(), to, HASTE).await?;
     let found = run.find(end).await;
-    let node = match found {
-        Ok(Some(node)) => node,
-        Ok(None) => return Ok((run.tiles, None)),
-        Err(QueryError::OutOfBudget { at_least: along_edges }) => {
-            let at_least = at_least(&run.tiles, ends, along_edges);
-            return Err(QueryError::OutOfBudget { at_least });
-        }
-        Err(error) => return Err(error),
+    let bound = |along_edges| at_least(&run.tiles, ends, along_edges);
+    let Some(node) = found.map_err(|error| error.bounded(bound))? else {
+        return Ok((run.tiles, None));
     };
     let nodes = run.search.way(node);
     let way = pulled(&mut run.tiles, &nodes, HASTE).await?;
@@ -102,7 +97,7 @@ async fn path_of(tiles: &mut Tiles, way: &FastWay, ends: [&Place; 2], certify: b
     for (point, place) in [(0, ends[0]), (points.len() - 1, ends[1])] {
         points[point].1 = place.vertex();
     }
-    let path = route::path_with(tiles, &points, ends, way.distance, certify).await;
+    let path = route::path_with(tiles, &points, ends, way.distance, [certify, false]).await;
     path.map_err(|error| error.at_least(way.distance.lower))
 }
 
@@ -126,7 +121,7 @@ pub(crate) async fn path(
         let certify = options.certify;
         let mut run = Run::start(tiles, from.clone(), goal, limit, options).await?;
         let close = run.next_beyond(found.distance.upper / (1.0 + tolerance)).await;
-        match close.map_err(|error| at_least_of(error, found.distance.lower))? {
+        match close.map_err(|error| error.bounded(|front| front.max(found.distance.lower)))? {
             Approach::Found(exact) => {
                 let path = run.path(&exact, &to).await?;
                 return Ok((PathOutcome::Found(path), run.tiles.count()));
@@ -138,16 +133,6 @@ pub(crate) async fn path(
     }
     let path = path_of(&mut tiles, &found, [&from, &to], options.certify).await?;
     Ok((PathOutcome::Found(path), tiles.count()))
-}
-
-/// The error with a better bound, if it has one.
-fn at_least_of(error: QueryError, known: f64) -> QueryError {
-    match error {
-        QueryError::OutOfBudget { at_least } => QueryError::OutOfBudget {
-            at_least: at_least.max(known),
-        },
-        other => other,
-    }
 }
 
 /// Sites by their way along edges, each with that pulled taut.
@@ -162,13 +147,8 @@ impl FastSites {
         loop {
             let found = self.sites.next().await;
             let run = &mut self.sites.vertices.run;
-            let bound = |error| match error {
-                QueryError::OutOfBudget { at_least } => QueryError::OutOfBudget {
-                    at_least: by_edges(&run.tiles, at_least),
-                },
-                other => other,
-            };
-            let Some((mut site, node)) = found.map_err(bound)? else {
+            let bound = |along_edges| by_edges(&run.tiles, along_edges);
+            let Some((mut site, node)) = found.map_err(|error| error.bounded(bound))? else {
                 return Ok(None);
             };
             let nodes = run.search.way(node);

@@ -2,17 +2,20 @@
 
 use futures::stream::Stream;
 
+use super::fast;
 use crate::geometry::Point;
 use crate::query::answer::{Path, PathOutcome, distance};
 use crate::query::free_space::Place;
 use crate::query::request::{Mode, QueryError, QueryOptions, Tiles, unfold};
 use crate::query::route;
-use crate::query::walking::fast;
 use crate::query::wavefront::{Goal, Places, Run, What};
 use crate::store::TileReader;
 
+/// Shortest paths.
 impl TileReader {
     /// A shortest path between two points.
+    ///
+    /// [Examples](crate::query#examples).
     ///
     /// # Errors
     /// If a tile cannot be read, an end is no point, the file has no triangles, or the options' limits are reached.
@@ -66,6 +69,8 @@ impl TileReader {
     /// is that to the nearest of a set. Those that lie in obstacles or cannot be reached do not come. Ends and limits as
     /// [`nearest_sites`](Self::nearest_sites). In mode [`Fast`](Mode::Fast) each is looked for by itself, before the first comes, and
     /// they come by their values.
+    ///
+    /// [Examples](crate::query#examples).
     pub fn shortest_paths(
         &self,
         from: Point,
@@ -92,14 +97,7 @@ impl TileReader {
             for &point in &to {
                 places.push(Place::find(&mut tiles, point).await?);
             }
-            let source = Place::find(&mut tiles, from).await?;
-            if !source.is_free {
-                let nearest_free = source.nearest_free(&mut tiles).await?;
-                return Err(QueryError::InsideObstacle {
-                    point: from,
-                    nearest_free,
-                });
-            }
+            let source = Place::find_free(&mut tiles, from).await?;
             let goal = Goal::Places(Places::new(&places));
             let run = Run::start(tiles, source, goal, f64::INFINITY, options).await?;
             Ok((run, places))

@@ -12,13 +12,16 @@ use std::time::{Duration, Instant};
 use futures::stream::Stream;
 use futures::{StreamExt, TryStreamExt};
 
+use super::fast;
 use crate::geometry::{Point, Rect};
+use crate::query::answer::distance::distance_to_rect;
 use crate::query::answer::{PathOutcome, SiteFound};
 use crate::query::request::{Mode, QueryError, QueryOptions, unfold};
-use crate::query::walking::fast;
 use crate::store::{Directory, KdNode, TileReader};
 
 /// What an answer is expected to cost.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Cost {
@@ -29,6 +32,8 @@ pub struct Cost {
 }
 
 /// An answer on the way.
+///
+/// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Progress<T> {
@@ -41,12 +46,6 @@ pub enum Progress<T> {
     },
     /// The exact one, which comes last.
     Exact(T),
-}
-
-/// At most the distance of a point from anything in a rectangle.
-fn gap(at: Point, rect: Rect) -> f64 {
-    let gap = |v: f64, min: f64, max: f64| (min - v).max(v - max).max(0.0);
-    gap(at.x, rect.min_x, rect.max_x).hypot(gap(at.y, rect.min_y, rect.max_y))
 }
 
 /// How many tiles have a cell for which something is at most `limit`.
@@ -106,7 +105,11 @@ impl Asked<[Point; 2]> {
                 let options = self.options.clone().mode(Mode::Fast);
                 let (answer, took) = self.reader.path_counted(from, to, options).await?;
                 let directory = self.reader.directory();
-                let around = |limit| tiles_within(directory, limit, |cell| gap(from, cell) + gap(to, cell));
+                let around = |limit| {
+                    tiles_within(directory, limit, |cell| {
+                        distance_to_rect(from, cell) + distance_to_rect(to, cell)
+                    })
+                };
                 let tiles = match &answer {
                     PathOutcome::Found(path) => around(path.distance.upper),
                     PathOutcome::Unreachable => around(f64::INFINITY),
@@ -138,7 +141,7 @@ impl Asked<(Point, usize)> {
                 // As many are as near as the farthest of these.
                 let farthest = answer.iter().map(|site| site.distance.upper).fold(0.0, f64::max);
                 let limit = if answer.len() < count { f64::INFINITY } else { farthest };
-                let tiles = tiles_within(self.reader.directory(), limit, |cell| gap(at, cell));
+                let tiles = tiles_within(self.reader.directory(), limit, |cell| distance_to_rect(at, cell));
                 self.stage = Stage::Exact;
                 Progress::Fast {
                     answer,
@@ -155,12 +158,15 @@ impl Asked<(Point, usize)> {
     }
 }
 
+/// Answers at once, and exact ones when they are ready.
 impl TileReader {
     /// A path between two points: first that of mode [`Fast`](Mode::Fast), with its bounds and what the exact one is expected to cost,
     /// then the exact one. Who has no use for that drops the stream. The options' limits hold for each of the two, and the mode they
     /// name for none.
     ///
     /// The stream ends with an error where [`shortest_path`](Self::shortest_path) fails.
+    ///
+    /// [Examples](crate::query#examples).
     pub fn shortest_path_progressive(
         &self,
         from: Point,
@@ -180,6 +186,8 @@ impl TileReader {
 
     /// The `count` nearest sites: first those of mode [`Fast`](Mode::Fast), with their bounds and what the exact answer is expected to
     /// cost, then the exact ones; otherwise as [`shortest_path_progressive`](Self::shortest_path_progressive).
+    ///
+    /// [Examples](crate::query#examples).
     pub fn nearest_sites_progressive(
         &self,
         at: Point,

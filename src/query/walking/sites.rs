@@ -2,14 +2,15 @@
 
 use futures::stream::Stream;
 
+use super::fast;
 use crate::geometry::Point;
 use crate::query::answer::{Distance, SiteFound, VertexFound};
 use crate::query::free_space::Place;
 use crate::query::request::{QueryError, QueryOptions, unfold};
-use crate::query::walking::fast;
 use crate::query::wavefront::{Goal, Run, What};
 use crate::store::TileReader;
 
+/// Sites and vertices by walking distance.
 impl TileReader {
     /// The sites by their walking distance from a point, the nearest first: *k* nearest are the first *k* of the stream. Sites
     /// that are equally far away, as computed, come by their numbers.
@@ -20,9 +21,9 @@ impl TileReader {
     /// It ends with an error if the point lies in an obstacle, or when the options' limits are reached: what came before
     /// stands, and the error says how far away the rest is at least.
     ///
-    /// In mode [`Fast`](Mode::Fast) they come by the length of their shortest ways along edges ([CDT distance](Self::cdt_distance)), and
+    /// In mode [`Fast`](crate::query::Mode::Fast) they come by the length of their shortest ways along edges ([CDT distance](Self::cdt_distance)), and
     /// equal ones by number, each with that way pulled taut; so their values may be a little out of order, and the *k* first are near
-    /// ones, but perhaps not the nearest. In mode [`Within`](Mode::Within) they come as in mode exact.
+    /// ones, but perhaps not the nearest. In mode [`Within`](crate::query::Mode::Within) they come as in mode exact.
     ///
     /// ```
     /// # use delaunay_tiles::{BuildOptions, Builder, geometry::Point, input::PointBatch};
@@ -61,8 +62,10 @@ impl TileReader {
     /// The sites whose walking distance from a point, as computed, is not larger than `radius`, the nearest first, as
     /// [`nearest_sites`](Self::nearest_sites) gives them.
     ///
-    /// In mode [`Fast`](Mode::Fast) those come whose way as found is not longer than the radius: none that is farther away, but one
+    /// In mode [`Fast`](crate::query::Mode::Fast) those come whose way as found is not longer than the radius: none that is farther away, but one
     /// that is hardly nearer may be missing; where the lower bounds hold none that is nearer than the radius divided by 2.42 is.
+    ///
+    /// [Examples](crate::query#examples).
     pub fn sites_within(
         &self,
         at: Point,
@@ -110,6 +113,8 @@ impl TileReader {
 
     /// All vertices that can be reached from a point, by walking distance: the tree of shortest paths, in every mode. Ends and limits as
     /// [`nearest_sites`](Self::nearest_sites).
+    ///
+    /// [Examples](crate::query#examples).
     pub fn vertices_by_distance(
         &self,
         at: Point,

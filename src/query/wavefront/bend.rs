@@ -8,7 +8,7 @@ use super::task::Via;
 use super::wave::Wave;
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::query::free_space::{Ground, Wedge};
-use crate::query::request::{Contradiction, side_towards};
+use crate::query::request::Contradiction;
 
 impl Wave {
     /// A vertex is the nearest thing to do.
@@ -38,10 +38,10 @@ impl Wave {
         let wedge = match via {
             Via::Side(side) => Wedge::Triangle(side),
             Via::Outside => Wedge::Outside,
-            Via::RightOf(to) => match side_towards(ground.tile, vertex, to)? {
-                Some(back) => Wedge::Triangle(back.next()),
-                None => return Err(Contradiction::LacksTriangle(vertex)),
-            },
+            Via::RightOf(to) => {
+                let wedge = ground.right_of_edge(vertex, to)?;
+                wedge.ok_or(Contradiction::LacksTriangle(vertex))?
+            }
         };
         if !mark.is_single() && !ground.sector_turns(vertex, wedge)? {
             return Ok(());
@@ -117,7 +117,7 @@ impl Wave {
             };
             self.see_places_in(ground, root, side.triangle());
             self.see_by(ground, root, far, if leftwards { side.prev() } else { side.next() });
-            let [right, left] = [side.next(), side.prev()].map(|side| ground.point(ground.tile.origin(side.0)));
+            let [right, left] = [side.next(), side.prev()].map(|side| ground.point(ground.tile.origin(side)));
             let cone = Cone { root: at, right, left };
             self.pass(ground, root, side.next(), cone, [right, left])?;
         }

@@ -1,7 +1,6 @@
 //! What a wave finds.
 
-use std::cmp::Ordering;
-
+use crate::collections::keyed::Keyed;
 use crate::store::Vertex;
 
 /// A thing that was found.
@@ -29,30 +28,5 @@ pub(crate) enum What {
     Place(u32),
 }
 
-/// A found thing that waits until nothing can be nearer: by length, then by number.
-#[derive(Debug)]
-pub(crate) struct Ready {
-    pub(crate) length: u64,
-    pub(crate) number: u64,
-    pub(crate) found: Found,
-}
-
-impl PartialEq for Ready {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Ready {}
-
-impl Ord for Ready {
-    fn cmp(&self, other: &Self) -> Ordering {
-        (self.length, self.number).cmp(&(other.length, other.number))
-    }
-}
-
-impl PartialOrd for Ready {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
+/// A found thing that waits until nothing can be nearer: by the bits of its length, then by number.
+pub(super) type Ready = Keyed<(u64, u64), Found>;

@@ -63,14 +63,7 @@ impl Run {
         options: QueryOptions,
     ) -> Result<Self, QueryError> {
         let mut tiles = Tiles::new(reader, &options);
-        let source = Place::find(&mut tiles, at).await?;
-        if !source.is_free {
-            let nearest_free = source.nearest_free(&mut tiles).await?;
-            return Err(QueryError::InsideObstacle {
-                point: at,
-                nearest_free,
-            });
-        }
+        let source = Place::find_free(&mut tiles, at).await?;
         Self::start(tiles, source, goal, limit, options).await
     }
 

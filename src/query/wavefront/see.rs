@@ -17,7 +17,7 @@ impl Wave {
         let via = if corner < ground.tile.vertex_count() {
             Via::Side(side)
         } else {
-            Via::RightOf(ground.tile.vertex(ground.tile.origin(side.prev().0)).id)
+            Via::RightOf(ground.tile.vertex(ground.tile.origin(side.prev())).id)
         };
         self.see(ground, root, corner, via);
     }

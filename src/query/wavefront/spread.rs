@@ -55,7 +55,7 @@ impl Wave {
         }
         match side_towards(ground.tile, vertex, from)? {
             Some(side) if ground.is_free(side.triangle()) => {
-                let ends = [side, side.next()].map(|side| ground.point(ground.tile.origin(side.0)));
+                let ends = [side, side.next()].map(|side| ground.point(ground.tile.origin(side)));
                 if seam_between(ends) != seam {
                     return Err(Contradiction::EndElsewhere(side.0));
                 }
@@ -64,7 +64,7 @@ impl Wave {
             }
             None if self.outside_is_free => {
                 let edge = ground.first(vertex)?;
-                let edge = [edge, edge.next()].map(|side| ground.point(ground.tile.origin(side.0)));
+                let edge = [edge, edge.next()].map(|side| ground.point(ground.tile.origin(side)));
                 self.see_outside(root, edge, &cone);
                 Ok(())
             }

@@ -119,7 +119,7 @@ impl Wave {
             return Ok(());
         }
         let edge = ground.first(to)?;
-        let ends = [edge, edge.next()].map(|side| ground.tile.origin(side.0));
+        let ends = [edge, edge.next()].map(|side| ground.tile.origin(side));
         for end in ends {
             self.see(ground, 0, end, Via::Outside);
         }
@@ -150,7 +150,7 @@ impl Wave {
         let at = self.roots[root as usize].point;
         self.see_places_in(ground, root, triangle);
         for side in HalfEdge::of_triangle(triangle) {
-            let [from, to] = [side, side.next()].map(|side| ground.tile.origin(side.0));
+            let [from, to] = [side, side.next()].map(|side| ground.tile.origin(side));
             self.see_by(ground, root, from, side);
             let [right, left] = [from, to].map(|corner| ground.point(corner));
             if orient2d(right, left, at) == Orientation::CounterClockwise {
@@ -176,7 +176,7 @@ impl Wave {
         let at = self.source;
         self.see(ground, 0, vertex, Via::Outside);
         let edge = ground.along_hull(vertex, forward)?;
-        let ends = [edge, edge.next()].map(|side| ground.tile.origin(side.0));
+        let ends = [edge, edge.next()].map(|side| ground.tile.origin(side));
         let [left, right] = ends.map(|end| ground.point(end));
         if !before.is_none_or(|before| goes_on_convexly(before, [left, right], forward)) {
             return Err(Contradiction::ConcaveHull(vertex));
@@ -186,7 +186,7 @@ impl Wave {
             return Ok(());
         }
         self.see_before_hull(right, left);
-        if !ground.tile.is_wall(edge.0) && ground.is_free(edge.triangle()) {
+        if !ground.tile.is_wall(edge) && ground.is_free(edge.triangle()) {
             let cone = Cone { root: at, right, left };
             self.through(ground, 0, edge, cone)?;
         }

@@ -42,13 +42,13 @@ impl Wave {
         self.come_to(ground);
         loop {
             let front = self.queue.front();
-            let is_next = |ready: &Reverse<Ready>| f64::from_bits(ready.0.length) < front;
+            let is_next = |ready: &Reverse<Ready>| f64::from_bits(ready.0.key.0) < front;
             if self.ready.peek().is_some_and(is_next)
                 && let Some(Reverse(ready)) = self.ready.pop()
             {
                 // A way that was found before may be longer.
-                if self.told.insert(ready.number) {
-                    return Ok(Step::Found(ready.found));
+                if self.told.insert(ready.key.1) {
+                    return Ok(Step::Found(ready.value));
                 }
                 continue;
             }

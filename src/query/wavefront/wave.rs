@@ -56,7 +56,7 @@ pub(crate) struct Wave {
 impl Wave {
     /// A length that all ways to what was not told yet have at least.
     pub(crate) fn front(&self) -> f64 {
-        let ready = self.ready.peek().map(|ready| f64::from_bits(ready.0.length));
+        let ready = self.ready.peek().map(|ready| f64::from_bits(ready.0.key.0));
         ready.map_or(self.queue.front(), |ready| ready.min(self.queue.front()))
     }
 
@@ -118,9 +118,8 @@ impl Wave {
             return;
         }
         self.ready.push(Reverse(Ready {
-            length: length.to_bits(),
-            number,
-            found: Found { what, length, root },
+            key: (length.to_bits(), number),
+            value: Found { what, length, root },
         }));
     }
 

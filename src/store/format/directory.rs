@@ -6,6 +6,7 @@ use bytes::Bytes;
 use flatbuffers::FlatBufferBuilder;
 
 use crate::geometry::Rect;
+use crate::store::format::damage::Damage;
 use crate::store::format::generated::directory as schema;
 use crate::store::format::ids::TileId;
 use crate::store::format::kd_tree::{KdNode, KdTree};
@@ -107,57 +108,61 @@ impl Directory {
     }
 
     /// Reads the directory from its bytes, which start with the root; an error says what is wrong with it.
-    pub(crate) fn decode(bytes: &Bytes, superblock: &Superblock) -> Result<Self, String> {
+    pub(crate) fn decode(bytes: &Bytes, superblock: &Superblock) -> Result<Self, Damage> {
         let root_bytes = bytes
             .get(..superblock.root_length as usize)
-            .ok_or("it is shorter than its root")?;
+            .ok_or_else(|| Damage::new("it is shorter than its root"))?;
         check_crc("the directory's root", root_bytes, superblock.root_crc)?;
         let root: schema::Directory<'_> = verified(root_bytes, "the directory's root")?;
         let nodes = root.nodes().iter().map(decode_node).collect::<Result<_, _>>()?;
-        let tree = KdTree::new(nodes).map_err(|reason| format!("the k-d tree is broken: {reason}"))?;
+        let tree = KdTree::new(nodes).map_err(|damage| damage.of("the k-d tree is broken"))?;
         let mut tiles = Vec::new();
         let mut first = root_bytes.len();
         for extent in root.pages() {
             // Back to back, so that no directory can make its reader check the same bytes again and again.
             if extent.offset() != first as u64 {
-                return Err(format!("a page lies at {}, not {first}", extent.offset()));
+                return Err(Damage::new(format!("a page lies at {}, not {first}", extent.offset())));
             }
             let end = first + extent.length() as usize;
-            let page = bytes.get(first..end).ok_or("a page lies outside")?;
+            let page = bytes
+                .get(first..end)
+                .ok_or_else(|| Damage::new("a page lies outside"))?;
             first = end;
             check_crc("a page of the directory", page, extent.crc())?;
             let page: schema::Page<'_> = verified(page, "a page of the directory")?;
             if page.first_tile() as usize != tiles.len() {
-                return Err(format!(
+                return Err(Damage::new(format!(
                     "a page starts at tile {}, not {}",
                     page.first_tile(),
                     tiles.len()
-                ));
+                )));
             }
             for entry in page.entries() {
                 let tile = TileId(tiles.len() as u32);
-                tiles.push(decode_entry(entry, superblock).map_err(|reason| format!("tile {tile}: {reason}"))?);
+                tiles.push(decode_entry(entry, superblock).map_err(|damage| damage.of(&format!("tile {tile}")))?);
             }
         }
         if tiles.len() != root.tiles() as usize || tree.tiles() != root.tiles() {
-            return Err(format!(
+            return Err(Damage::new(format!(
                 "it counts {} tiles, but has {} entries and {} cells",
                 root.tiles(),
                 tiles.len(),
                 tree.tiles()
-            ));
+            )));
         }
         let stored: u64 = tiles
             .iter()
             .map(|t| u64::from(t.core.length) + u64::from(t.border.length))
             .sum();
         if stored > superblock.file_length {
-            return Err(format!("its tiles take {stored} bytes, more than the file has"));
+            return Err(Damage::new(format!(
+                "its tiles take {stored} bytes, more than the file has"
+            )));
         }
         let metadata = Metadata::decode(root)?;
         let sum = |count: fn(&TileEntry) -> u32| tiles.iter().map(|t| u64::from(count(t))).sum::<u64>();
         if sum(|t| t.vertices) != metadata.vertices || sum(|t| t.owned_triangles) != metadata.triangles {
-            return Err("the counts of its tiles do not add up".to_owned());
+            return Err(Damage::new("the counts of its tiles do not add up"));
         }
         Ok(Self { metadata, tree, tiles })
     }
@@ -194,12 +199,12 @@ fn encode_entry(entry: &TileEntry) -> schema::TileEntry {
     )
 }
 
-fn decode_entry(entry: &schema::TileEntry, superblock: &Superblock) -> Result<TileEntry, String> {
+fn decode_entry(entry: &schema::TileEntry, superblock: &Superblock) -> Result<TileEntry, Damage> {
     if entry.codec() != 0 {
-        return Err(format!(
+        return Err(Damage::new(format!(
             "it is stored with codec {}, which this program does not know",
             entry.codec()
-        ));
+        )));
     }
     for (offset, length) in [
         (entry.core_offset(), entry.core_length()),
@@ -208,7 +213,9 @@ fn decode_entry(entry: &schema::TileEntry, superblock: &Superblock) -> Result<Ti
         let end = offset.checked_add(length.into());
         let inside = offset >= FIRST_EXTENT && end.is_some_and(|end| end <= superblock.file_length);
         if !inside || u64::from(length) > MAX_FLATBUFFER {
-            return Err(format!("its extent of {length} bytes at {offset} is absurd"));
+            return Err(Damage::new(format!(
+                "its extent of {length} bytes at {offset} is absurd"
+            )));
         }
     }
     // Others allocate by these counts, so the file must have room for what they count.
@@ -219,7 +226,7 @@ fn decode_entry(entry: &schema::TileEntry, superblock: &Superblock) -> Result<Ti
         || TRIANGLE_BYTES * border > entry.border_length().into()
         || !(core..=core + border).contains(&owned)
     {
-        return Err("its counts are absurd".to_owned());
+        return Err(Damage::new("its counts are absurd"));
     }
     Ok(TileEntry {
         core: Extent {
@@ -249,18 +256,18 @@ fn encode_node(node: &KdNode) -> schema::KdNode {
     }
 }
 
-fn decode_node(node: &schema::KdNode) -> Result<KdNode, String> {
+fn decode_node(node: &schema::KdNode) -> Result<KdNode, Damage> {
     let (cut, right) = (node.cut(), node.right());
     match node.axis() {
         0 => Ok(KdNode::X { cut, right }),
         1 => Ok(KdNode::Y { cut, right }),
         2 => Ok(KdNode::Leaf(TileId(right))),
-        axis => Err(format!("the k-d tree has a node of axis {axis}")),
+        axis => Err(Damage::new(format!("the k-d tree has a node of axis {axis}"))),
     }
 }
 
 /// Checks the shape of a FlatBuffer.
-pub(crate) fn verified<'b, T>(bytes: &'b [u8], what: &str) -> Result<T, String>
+pub(crate) fn verified<'b, T>(bytes: &'b [u8], what: &str) -> Result<T, Damage>
 where
     T: flatbuffers::Follow<'b, Inner = T> + flatbuffers::Verifiable + 'b,
 {
@@ -269,16 +276,19 @@ where
         max_apparent_size: 4 * bytes.len() + 4096,
         ..flatbuffers::VerifierOptions::default()
     };
-    flatbuffers::root_with_opts::<T>(&options, bytes).map_err(|error| format!("{what} is no valid FlatBuffer: {error}"))
+    flatbuffers::root_with_opts::<T>(&options, bytes)
+        .map_err(|error| Damage::new(format!("{what} is no valid FlatBuffer: {error}")))
 }
 
 /// Checks a CRC-32C.
-pub(crate) fn check_crc(what: &str, bytes: &[u8], expected: u32) -> Result<(), String> {
+pub(crate) fn check_crc(what: &str, bytes: &[u8], expected: u32) -> Result<(), Damage> {
     let found = crc32c::crc32c(bytes);
     if found == expected {
         Ok(())
     } else {
-        Err(format!("the checksum of {what} is {found:08x}, not {expected:08x}"))
+        Err(Damage::new(format!(
+            "the checksum of {what} is {found:08x}, not {expected:08x}"
+        )))
     }
 }
 

@@ -26,7 +26,10 @@ type PackedOffset<'b> = WIPOffset<schema::Packed<'b>>;
 type BitsOffset<'b> = WIPOffset<Vector<'b, u8>>;
 
 /// What a core is made of.
-#[derive(Debug, Default)]
+///
+/// There is no default: whoever writes a tile says what each attribute is, so that none is forgotten when one is added.
+#[derive(Debug)]
+#[cfg_attr(test, derive(Default))]
 pub(crate) struct CoreDraft {
     /// The vertices.
     pub(crate) points: Vec<Point>,
@@ -51,8 +54,9 @@ pub(crate) struct CoreDraft {
     pub(crate) site_ids: Vec<String>,
 }
 
-/// What a border is made of.
-#[derive(Debug, Default)]
+/// What a border is made of. There is no default, as for cores.
+#[derive(Debug)]
+#[cfg_attr(test, derive(Default))]
 pub(crate) struct BorderDraft {
     /// Vertices of the tile.
     pub(crate) vertices: u32,
@@ -83,18 +87,46 @@ pub(crate) struct BorderDraft {
 }
 
 impl CoreDraft {
+    /// Of a tile without vertices.
+    pub(crate) const fn empty() -> Self {
+        Self {
+            points: Vec::new(),
+            z: Vec::new(),
+            records: Vec::new(),
+            triangles: Vec::new(),
+            neighbours: Vec::new(),
+            constraints: Vec::new(),
+            components: Vec::new(),
+            edge_sources: Vec::new(),
+            sites: Vec::new(),
+            site_ids: Vec::new(),
+        }
+    }
+
     /// Empties it, and keeps its memory.
     pub(crate) fn clear(&mut self) {
-        self.points.clear();
-        self.z.clear();
-        self.records.clear();
-        self.triangles.clear();
-        self.neighbours.clear();
-        self.constraints.clear();
-        self.components.clear();
-        self.edge_sources.clear();
-        self.sites.clear();
-        self.site_ids.clear();
+        let Self {
+            points,
+            z,
+            records,
+            triangles,
+            neighbours,
+            constraints,
+            components,
+            edge_sources,
+            sites,
+            site_ids,
+        } = self;
+        points.clear();
+        z.clear();
+        records.clear();
+        triangles.clear();
+        neighbours.clear();
+        constraints.clear();
+        components.clear();
+        edge_sources.clear();
+        sites.clear();
+        site_ids.clear();
     }
 
     /// The FlatBuffer of the core, in one of these buffers.

@@ -1,6 +1,7 @@
 //! The k-d tree: the partition of the plane into cells, the order of the tiles, the index of the directory.
 
 use crate::geometry::{Point, Rect, segment_meets};
+use crate::store::format::damage::Damage;
 use crate::store::format::ids::TileId;
 
 /// A node of the k-d tree.
@@ -74,7 +75,7 @@ impl KdTree {
     }
 
     /// Checks that `nodes` are a tree in preorder with leaves numbered from left to right; an error says what is wrong.
-    pub(crate) fn new(nodes: Vec<KdNode>) -> Result<Self, String> {
+    pub(crate) fn new(nodes: Vec<KdNode>) -> Result<Self, Damage> {
         let mut tiles = 0;
         if nodes.is_empty() {
             return Ok(Self::default());
@@ -85,17 +86,20 @@ impl KdTree {
             match *node {
                 KdNode::X { cut, right } | KdNode::Y { cut, right } => {
                     if !cut.is_finite() {
-                        return Err(format!("node {number} is cut at {cut}"));
+                        return Err(Damage::new(format!("node {number} is cut at {cut}")));
                     }
                     expected.push(right);
                 }
                 KdNode::Leaf(tile) => {
                     if tile.0 != tiles {
-                        return Err(format!("leaf {number} is tile {tile}, not {tiles}"));
+                        return Err(Damage::new(format!("leaf {number} is tile {tile}, not {tiles}")));
                     }
                     tiles += 1;
                     if expected.pop() != Some(number + 1) {
-                        return Err(format!("node {} does not belong behind node {number}", number + 1));
+                        return Err(Damage::new(format!(
+                            "node {} does not belong behind node {number}",
+                            number + 1
+                        )));
                     }
                 }
             }
@@ -103,7 +107,7 @@ impl KdTree {
         if expected.is_empty() {
             Ok(Self { nodes, tiles })
         } else {
-            Err(format!("node {} is missing", expected[expected.len() - 1]))
+            Err(Damage::new(format!("node {} is missing", expected[expected.len() - 1])))
         }
     }
 

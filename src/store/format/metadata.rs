@@ -5,6 +5,7 @@ use flatbuffers::Vector;
 use flatbuffers::WIPOffset;
 
 use crate::geometry::{Point, Rect};
+use crate::store::format::damage::Damage;
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::generated::directory as schema;
 
@@ -211,7 +212,7 @@ impl Metadata {
     }
 
     /// Takes it from a verified root; an error says what is wrong with it.
-    pub(crate) fn decode(root: schema::Directory<'_>) -> Result<Self, String> {
+    pub(crate) fn decode(root: schema::Directory<'_>) -> Result<Self, Damage> {
         let this = Self {
             tile_vertices: root.tile_vertices(),
             vertices: root.vertices(),
@@ -245,18 +246,21 @@ impl Metadata {
             seeds: decode_places(root.seeds()),
             borders: match decode_places(root.borders()).as_chunks() {
                 (borders, []) => borders.to_vec(),
-                _ => return Err("its borders are no pairs of places".to_owned()),
+                _ => return Err(Damage::new("its borders are no pairs of places")),
             },
             next_record: root.next_record(),
         };
         // Others allocate by the number of regions, and the triangles are counted.
         let counts = [this.spanning_regions, this.regions, this.triangles];
         if !counts.is_sorted() || this.hole_regions > this.regions || this.hole_triangles > this.triangles {
-            return Err("its counts of regions and holes are absurd".to_owned());
+            return Err(Damage::new("its counts of regions and holes are absurd"));
         }
         let mut places = this.seeds.iter().chain(this.borders.as_flattened());
         match places.find(|place| !place.is_valid()) {
-            Some(place) => Err(format!("there is a seed or a border at ({}, {})", place.x, place.y)),
+            Some(place) => Err(Damage::new(format!(
+                "there is a seed or a border at ({}, {})",
+                place.x, place.y
+            ))),
             None => Ok(this),
         }
     }
@@ -284,22 +288,25 @@ fn decode_places(places: Option<Vector<'_, schema::Place>>) -> Vec<Point> {
 }
 
 /// The files that lines came from, whose lines are numbered through.
-fn decode_lines(root: schema::Directory<'_>) -> Result<Vec<LineSource>, String> {
+fn decode_lines(root: schema::Directory<'_>) -> Result<Vec<LineSource>, Damage> {
     let mut lines = Vec::new();
     let (mut end, mut edit) = (0u64, 0);
     for source in root.lines().into_iter().flatten() {
         let kind = LineKind::from_code(source.kind());
-        let kind = kind.ok_or_else(|| format!("lines of kind {} are unknown", source.kind()))?;
+        let kind = kind.ok_or_else(|| Damage::new(format!("lines of kind {} are unknown", source.kind())))?;
         let after = end.checked_add(source.lines());
         let Some(after) = after.filter(|_| source.first() == end) else {
-            return Err(format!("the lines of {} are not numbered from {end} on", source.name()));
+            return Err(Damage::new(format!(
+                "the lines of {} are not numbered from {end} on",
+                source.name()
+            )));
         };
         end = after;
         if source.edit() < edit {
-            return Err(format!(
+            return Err(Damage::new(format!(
                 "the lines of {} come before those of an earlier edit",
                 source.name()
-            ));
+            )));
         }
         edit = source.edit();
         lines.push(LineSource {
@@ -320,7 +327,7 @@ mod tests {
     use super::*;
     use crate::store::format::directory::verified;
 
-    fn decoded(metadata: &Metadata) -> Result<Metadata, String> {
+    fn decoded(metadata: &Metadata) -> Result<Metadata, Damage> {
         let mut builder = FlatBufferBuilder::new();
         let nodes = builder.create_vector::<schema::KdNode>(&[]);
         let pages = builder.create_vector::<schema::PageExtent>(&[]);

@@ -4,6 +4,7 @@
 
 pub(crate) mod cell_index;
 pub(crate) mod components;
+pub(crate) mod damage;
 pub(super) mod directory;
 pub(super) mod edge_source;
 pub(super) mod encode;

@@ -9,6 +9,7 @@ use bytes::Bytes;
 use flatbuffers::FlatBufferBuilder;
 use flatbuffers::WIPOffset;
 
+use crate::store::format::damage::Damage;
 use crate::store::format::generated::tile as schema;
 
 /// A packed array that is read in place.
@@ -22,14 +23,17 @@ pub(crate) struct Packed {
 
 impl Packed {
     /// Takes the array from a verified buffer; an error says what is wrong with it.
-    pub(crate) fn open(buffer: &Bytes, table: schema::Packed<'_>) -> Result<Self, String> {
+    pub(crate) fn open(buffer: &Bytes, table: schema::Packed<'_>) -> Result<Self, Damage> {
         let width = usize::from(table.width());
         if !(1..=8).contains(&width) {
-            return Err(format!("packed integers of {width} bytes"));
+            return Err(Damage::new(format!("packed integers of {width} bytes")));
         }
         let data = table.data().map_or(&[][..], |data| data.bytes());
         let Some(length) = data.len().checked_sub(8 - width).filter(|l| l.is_multiple_of(width)) else {
-            return Err(format!("{} bytes do not hold integers of {width} bytes", data.len()));
+            return Err(Damage::new(format!(
+                "{} bytes do not hold integers of {width} bytes",
+                data.len()
+            )));
         };
         Ok(Self {
             data: buffer.slice_ref(data),

@@ -5,6 +5,7 @@
 
 use std::fmt;
 
+use crate::store::format::damage::Damage;
 /// Bytes of a superblock, and the alignment of extents.
 pub(crate) const BLOCK: u64 = 4096;
 /// Where the first extent lies.
@@ -69,27 +70,29 @@ impl Superblock {
     }
 
     /// Reads one superblock; an error says what is wrong with it.
-    fn decode(block: &[u8]) -> Result<Self, String> {
+    fn decode(block: &[u8]) -> Result<Self, Damage> {
         let u32_at = |at: usize| u32::from_le_bytes(block[at..at + 4].try_into().expect("four bytes"));
         let u64_at = |at: usize| u64::from_le_bytes(block[at..at + 8].try_into().expect("eight bytes"));
         if block.len() < BLOCK as usize || block[0..8] != MAGIC {
-            return Err("it is no tile file: the superblock's magic is missing".to_owned());
+            return Err(Damage::new("it is no tile file: the superblock's magic is missing"));
         }
         if u32_at(8) != FORMAT_VERSION {
-            return Err(format!(
+            return Err(Damage::new(format!(
                 "it has format version {}, this program reads version {FORMAT_VERSION}",
                 u32_at(8)
-            ));
+            )));
         }
         let (expected, found) = (u32_at(4092), crc32c::crc32c(&block[..4092]));
         if expected != found {
-            return Err(format!("the superblock's checksum is {found:08x}, not {expected:08x}"));
+            return Err(Damage::new(format!(
+                "the superblock's checksum is {found:08x}, not {expected:08x}"
+            )));
         }
         if u32_at(12) != 0 {
-            return Err(format!(
+            return Err(Damage::new(format!(
                 "it needs features {:#x}, which this program does not know",
                 u32_at(12)
-            ));
+            )));
         }
         let this = Self {
             file_id: FileId(u128::from_le_bytes(block[16..32].try_into().expect("sixteen bytes"))),
@@ -107,13 +110,13 @@ impl Superblock {
             || u64::from(this.root_length) > this.directory_length
             || u64::from(this.root_length) > MAX_FLATBUFFER
         {
-            return Err("the superblock's directory extent is absurd".to_owned());
+            return Err(Damage::new("the superblock's directory extent is absurd"));
         }
         Ok(this)
     }
 
     /// The superblock in force, from the first 8192 bytes of a file.
-    pub(crate) fn choose(head: &[u8]) -> Result<InForce, String> {
+    pub(crate) fn choose(head: &[u8]) -> Result<InForce, Damage> {
         let (a, b) = head.split_at(head.len().min(BLOCK as usize));
         let (superblock, is_second) = match (Self::decode(a), Self::decode(b)) {
             (Ok(a), Ok(b)) if b.generation > a.generation => (b, true),

@@ -27,7 +27,6 @@ use regions::Regions;
 use sides::{SideBits, Sources};
 pub use sites::Site;
 use sites::Sites;
-pub use topology::Across;
 
 /// A vertex: its number, and where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -164,13 +163,6 @@ impl Tile {
     #[must_use]
     pub fn record(&self, vertex: u32) -> u64 {
         self.first_record + self.records.get(vertex as usize)
-    }
-
-    /// Where a corner is.
-    // Until its last user calls `point`.
-    #[inline]
-    pub(crate) fn corner(&self, corner: u32) -> Point {
-        self.point(corner)
     }
 
     /// The vertex behind a corner.

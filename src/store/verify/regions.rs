@@ -14,6 +14,7 @@ use xxhash_rust::xxh3::xxh3_128;
 use super::error::Fault;
 use crate::geometry::{HalfEdge, Orientation, Point, Rect, orient2d};
 use crate::mesh::{Topology, Twin};
+use crate::store::format::damage::Damage;
 use crate::store::{Component, LineSource, Metadata, Tile};
 
 /// Bytes that the check takes for each vertex of its tile, if every triangle is a region.
@@ -45,20 +46,20 @@ impl Claims {
     }
 
     /// Whether a region may be what it is said to be.
-    fn check_hole(&self, number: u64, depth: i32, marks: Marks) -> Result<(), String> {
+    fn check_hole(&self, number: u64, depth: i32, marks: Marks) -> Result<(), Damage> {
         if depth < 0 {
-            return Err(format!(
+            return Err(Damage::new(format!(
                 "region {number} is covered {depth} times: an obstacle is inside out there, and may free what another one covers"
-            ));
+            )));
         }
         let must = depth > 0 || marks.has(Marks::SEEDED) || self.exterior_is_hole && marks.has(Marks::OPEN);
         match marks.has(Marks::HOLE) {
-            true if !must && !marks.has(Marks::TOUCHED) => {
-                Err(format!("region {number} is a hole, but nothing makes it one"))
-            }
-            false if must => Err(format!(
+            true if !must && !marks.has(Marks::TOUCHED) => Err(Damage::new(format!(
+                "region {number} is a hole, but nothing makes it one"
+            ))),
+            false if must => Err(Damage::new(format!(
                 "region {number} is no hole, but should be: its depth is {depth}, or a seed lies in it, or it is outside"
-            )),
+            ))),
             _ => Ok(()),
         }
     }
@@ -376,25 +377,27 @@ impl Totals {
     }
 
     /// Checks what no tile can tell alone.
-    pub(super) fn check(&self, claims: &Claims, metadata: &Metadata) -> Result<(), String> {
+    pub(super) fn check(&self, claims: &Claims, metadata: &Metadata) -> Result<(), Damage> {
         let mut holes = self.local_holes;
         for (&(depth, marks), number) in self.spanning.iter().zip(0..) {
             if !marks.has(Marks::SEEN) {
-                return Err(format!("region {number} has no triangles"));
+                return Err(Damage::new(format!("region {number} has no triangles")));
             }
             claims.check_hole(number, depth, marks)?;
             holes += u64::from(marks.has(Marks::HOLE));
         }
         let sum = || (claims.spanning..claims.regions).map(hash).fold(0, u128::wrapping_add);
         if self.locals != claims.regions - claims.spanning || self.sum != sum() {
-            return Err(format!(
+            return Err(Damage::new(format!(
                 "regions from {} to {} should lie in one tile each, and each should be there",
                 claims.spanning, claims.regions
-            ));
+            )));
         }
         if holes != metadata.hole_regions {
             let expected = metadata.hole_regions;
-            return Err(format!("{holes} regions are holes, and the directory says {expected}"));
+            return Err(Damage::new(format!(
+                "{holes} regions are holes, and the directory says {expected}"
+            )));
         }
         Ok(())
     }

@@ -4,6 +4,7 @@ mod line;
 mod lines;
 mod model;
 mod regions;
+mod town;
 
 use super::error::VerifyError;
 use crate::geometry::Point;

@@ -58,7 +58,9 @@ impl TileReader {
             self.verify_whole(&totals).await?;
         }
         if let (Some(claims), Some(regions)) = (claims, &totals.regions) {
-            regions.check(claims, metadata).map_err(VerifyError::File)?;
+            regions
+                .check(claims, metadata)
+                .map_err(|damage| VerifyError::File(damage.into()))?;
         }
         Ok(VerifyReport {
             tiles: directory.tiles.len() as u64,

@@ -9,8 +9,8 @@
 //! = 5.1e15 with 4 · 5 · 3⁹ = 393660 points. Few points get a small circle: the fewest of these factors that do.
 
 use crate::degenerate::Shuffled;
-use crate::points::Source;
 use crate::random::{Purpose, Stream, cos_sin};
+use crate::source::Source;
 
 /// a, b with a² + b² = 5, 13, 17, 29, 37, 41, 53, 61, 73, 89.
 const FACTORS: [[i64; 2]; 10] = [

@@ -1,8 +1,8 @@
 //! Points that are collinear or cocircular, exactly or but for the rounding.
 
-use crate::points::Source;
 use crate::random::{Purpose, Stream, cos_sin};
 use crate::shuffle::Shuffle;
+use crate::source::Source;
 
 /// The numbers 0..n in pseudo-random order.
 #[derive(Clone, Debug)]

@@ -30,6 +30,7 @@ mod pslg;
 mod random;
 mod scattered;
 mod shuffle;
+mod source;
 mod surveyed;
 
 pub use kind::{Kind, UnknownKind};

@@ -6,12 +6,8 @@ use crate::Kind;
 use crate::circle::Circle;
 use crate::degenerate::{FourLines, Grid, Line, NearlyCollinear, Parabola};
 use crate::scattered::{Clusters, Duplicates, Kuzmin, LineSingularity, Uniform};
+use crate::source::Source;
 use crate::surveyed::{Contours, Lidar, Streets, Tracks};
-
-/// An endless, or long enough, sequence of points.
-pub(crate) trait Source {
-    fn next(&mut self) -> [f64; 2];
-}
 
 /// The first `n` points of a kind and seed: exactly `n`, each x and y finite, the same at every call.
 ///

@@ -1,7 +1,7 @@
 //! Points that are independent of each other: the thesis's distributions, clusters, duplicates.
 
-use crate::points::Source;
 use crate::random::{Purpose, Stream, cos_sin, mix, place};
+use crate::source::Source;
 
 /// [`Kind::Uniform`](crate::Kind::Uniform).
 #[derive(Clone, Debug)]

@@ -1,7 +1,7 @@
 //! Points as instruments and maps deliver them: along lines, in the order of acquisition, rounded.
 
-use crate::points::Source;
 use crate::random::{Purpose, Stream, cos_sin, sin};
+use crate::source::Source;
 
 /// Rounds to a multiple of 0.01 the way LAS stores it: an integer, times the scale, plus an offset.
 fn hundredths(x: f64, offset: f64) -> f64 {

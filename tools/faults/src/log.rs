@@ -21,7 +21,7 @@ use std::sync::{Mutex, MutexGuard, OnceLock};
 
 use libc::{off64_t, size_t};
 
-use super::real;
+use crate::real;
 
 /// An open log.
 pub struct Log {

@@ -72,12 +72,14 @@ impl Layout {
     /// The coordinates of a row, or what is wrong with it.
     #[inline]
     pub fn read(&self, row: &Rows) -> Result<(f64, f64, Option<f64>), Flaw> {
-        let value = |axis, n| {
-            let value = row.field(n).and_then(number);
-            value.ok_or_else(|| self.flaw(row, axis, n))
-        };
-        let (x, y) = (value('x', self.x)?, value('y', self.y)?);
-        Ok((x, y, self.z.map(|z| value('z', z)).transpose()?))
+        let value = |n| row.field(n).and_then(number);
+        match (value(self.x), value(self.y), self.z.map(|n| (n, value(n)))) {
+            (Some(x), Some(y), None) => Ok((x, y, None)),
+            (Some(x), Some(y), Some((_, Some(z)))) => Ok((x, y, Some(z))),
+            (None, ..) => Err(self.flaw(row, 'x', self.x)),
+            (_, None, _) => Err(self.flaw(row, 'y', self.y)),
+            (_, _, Some((n, None))) => Err(self.flaw(row, 'z', n)),
+        }
     }
 
     /// Why a column of a row is no number.

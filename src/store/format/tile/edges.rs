@@ -124,10 +124,6 @@ impl Tile {
         all.filter(|&side| self.is_constraint(side))
     }
 
-    pub(crate) fn constraint_sides(&self) -> impl Iterator<Item = u32> {
-        self.constraint_half_edges().map(|side| side.0)
-    }
-
     /// The vertices of an edge.
     #[must_use]
     pub fn ends(&self, edge: impl Into<TileEdge>) -> [Vertex; 2] {

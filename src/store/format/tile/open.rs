@@ -5,6 +5,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 
 use crate::geometry::Point;
+use crate::store::format::damage::Damage;
 use crate::store::format::directory::TileEntry;
 use crate::store::format::directory::{check_crc, verified};
 use crate::store::format::generated::tile as schema;
@@ -17,7 +18,7 @@ use crate::store::format::tile::{FOREIGN, Tile};
 
 impl Tile {
     /// Checks the bytes of a tile against its entry, and every index in them; an error says what is wrong.
-    pub(crate) fn open(id: TileId, entry: &TileEntry, core: &Bytes, border: &Bytes) -> Result<Self, String> {
+    pub(crate) fn open(id: TileId, entry: &TileEntry, core: &Bytes, border: &Bytes) -> Result<Self, Damage> {
         check_crc("the core", core, entry.core.crc)?;
         check_crc("the border", border, entry.border.crc)?;
         let core_table: schema::Core<'_> = verified(core, "the core")?;
@@ -27,7 +28,9 @@ impl Tile {
             ("border", border_table.tile(), border_table.generation()),
         ] {
             if (tile, generation) != (id.0, entry.generation) {
-                return Err(format!("the {part} is that of tile {tile}, generation {generation}"));
+                return Err(Damage::new(format!(
+                    "the {part} is that of tile {tile}, generation {generation}"
+                )));
             }
         }
         let triangles = [entry.core_triangles, entry.border_triangles].map(|count| count as usize);
@@ -40,7 +43,7 @@ impl Tile {
         let edge_places = edges
             .as_ref()
             .map_or(core_sides + border_sides, |edges| edges.len() / 2);
-        let open = |buffer: &Bytes, what: &str, table| Packed::open(buffer, table).map_err(|e| format!("{what}: {e}"));
+        let open = |buffer: &Bytes, what: &str, table| Packed::open(buffer, table).map_err(|damage| damage.of(what));
         let this = Self {
             id,
             coordinates: core.slice_ref(core_table.coordinates().bytes()),
@@ -58,7 +61,7 @@ impl Tile {
             side_bits: [
                 SideBits::open(core, core_table.constraints(), core_table.walls(), core_sides)?,
                 SideBits::open(border, border_table.constraints(), border_table.walls(), border_sides)
-                    .map_err(|reason| format!("the border: {reason}"))?,
+                    .map_err(|damage| damage.of("the border"))?,
             ],
             sources: [
                 Sources::open(core, core_table.edge_sides(), core_table.edge_sources(), core_sides)?,
@@ -68,7 +71,7 @@ impl Tile {
                     border_table.edge_sources(),
                     edge_places,
                 )
-                .map_err(|reason| format!("the border: {reason}"))?,
+                .map_err(|damage| damage.of("the border"))?,
             ],
             regions: Regions::open((core, core_table), (border, border_table), triangles)?,
             edges,
@@ -80,7 +83,7 @@ impl Tile {
     }
 
     /// Checks lengths and ranges, so that nothing panics later.
-    fn check(&self, entry: &TileEntry) -> Result<(), String> {
+    fn check(&self, entry: &TileEntry) -> Result<(), Damage> {
         let vertices = entry.vertices as usize;
         let (core, border) = (entry.core_triangles as usize, entry.border_triangles as usize);
         for (what, found, expected) in [
@@ -96,7 +99,7 @@ impl Tile {
             ("half vertex sides", self.border_vertex_sides.len() % 2, 0),
         ] {
             if found != expected {
-                return Err(format!("there are {found} {what}, not {expected}"));
+                return Err(Damage::new(format!("there are {found} {what}, not {expected}")));
             }
         }
         let corners = self.corner_count() as u64;
@@ -109,7 +112,7 @@ impl Tile {
                 values.largest() - (marks - 1)
             };
             match values.find_within(limit..first_mark) {
-                Some(value) => Err(format!("{what} {value} is beyond {limit}")),
+                Some(value) => Err(Damage::new(format!("{what} {value} is beyond {limit}"))),
                 None => Ok(()),
             }
         };
@@ -130,19 +133,19 @@ impl Tile {
             let pairs = pairs(values);
             let in_range = pairs.iter().all(|&(key, side)| key < keys && side < sides);
             if !in_range || !pairs.is_sorted_by(|a, b| a.0 < b.0) {
-                return Err(format!("a {what} is out of range or out of order"));
+                return Err(Damage::new(format!("a {what} is out of range or out of order")));
             }
         }
         self.check_edges(entry)?;
         let overflows = |record: u64| self.first_record.checked_add(record).is_none();
         if overflows(self.records.largest()) && self.records.iter().any(overflows) {
-            return Err("a record number exceeds 64 bits".to_owned());
+            return Err(Damage::new("a record number exceeds 64 bits"));
         }
         self.check_points()
     }
 
     /// Checks that coordinates are valid.
-    fn check_points(&self) -> Result<(), String> {
+    fn check_points(&self) -> Result<(), Damage> {
         // Without an early end, so that many are compared at once.
         let all = |bytes: &[u8]| {
             bytes
@@ -156,19 +159,19 @@ impl Tile {
         }
         let points = (0..self.corner_count() as u32).map(|corner| self.point(corner));
         match points.zip(0..).find(|(p, _)| !is_stored(p.x) || !is_stored(p.y)) {
-            Some((p, corner)) => Err(format!("corner {corner} is at ({}, {})", p.x, p.y)),
+            Some((p, corner)) => Err(Damage::new(format!("corner {corner} is at ({}, {})", p.x, p.y))),
             None => Ok(()),
         }
     }
 
     /// Only a tile without triangles has edges: each from another one of its vertices, in order, to another corner.
-    fn check_edges(&self, entry: &TileEntry) -> Result<(), String> {
+    fn check_edges(&self, entry: &TileEntry) -> Result<(), Damage> {
         let Some(edges) = &self.edges else { return Ok(()) };
         if entry.core_triangles > 0 || entry.border_triangles > 0 {
-            return Err("it has edges beside triangles".to_owned());
+            return Err(Damage::new("it has edges beside triangles"));
         }
         if edges.len() % 2 == 1 {
-            return Err("an edge has one end".to_owned());
+            return Err(Damage::new("an edge has one end"));
         }
         let vertices = u64::from(entry.vertices);
         let corners = vertices + self.foreign_count() as u64;
@@ -176,7 +179,9 @@ impl Tile {
         for place in (0..edges.len()).step_by(2) {
             let [from, to] = [edges.get(place), edges.get(place + 1)];
             if from < next || from >= vertices || to >= corners || from == to {
-                return Err(format!("the edge from {from} to {to} is out of range or out of order"));
+                return Err(Damage::new(format!(
+                    "the edge from {from} to {to} is out of range or out of order"
+                )));
             }
             next = from + 1;
         }

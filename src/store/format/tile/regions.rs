@@ -2,6 +2,7 @@
 
 use bytes::Bytes;
 
+use crate::store::format::damage::Damage;
 use crate::store::format::generated::tile as schema;
 use crate::store::format::packed::Packed;
 use crate::store::format::tile::sides::is_set;
@@ -35,7 +36,7 @@ impl Regions {
         (core, core_table): (&Bytes, schema::Core<'_>),
         (border, border_table): (&Bytes, schema::Border<'_>),
         triangles: [usize; 2],
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Damage> {
         let open = |buffer: &Bytes, table: Option<_>| table.map(|table| Packed::open(buffer, table)).transpose();
         let this = Self {
             core_triangles: triangles[0],
@@ -53,37 +54,40 @@ impl Regions {
         Ok(this)
     }
 
-    fn check(&self, triangles: [usize; 2]) -> Result<(), String> {
+    fn check(&self, triangles: [usize; 2]) -> Result<(), Damage> {
         for (components, triangles) in self.components.iter().zip(triangles) {
             let Some(components) = components else { continue };
             if components.len() != triangles {
-                return Err(format!("{triangles} triangles have {} components", components.len()));
+                return Err(Damage::new(format!(
+                    "{triangles} triangles have {} components",
+                    components.len()
+                )));
             }
             let count = self.count() as u64;
             if let Some(component) = components.iter().find(|&component| component >= count) {
-                return Err(format!("component {component} is beyond {count}"));
+                return Err(Damage::new(format!("component {component} is beyond {count}")));
             }
         }
         let Some(regions) = &self.regions else {
             return match self.depths.is_some() || !self.holes.is_empty() {
-                true => Err("there are depths or holes, but no regions".to_owned()),
+                true => Err(Damage::new("there are depths or holes, but no regions")),
                 false => Ok(()),
             };
         };
         let count = regions.len();
         if count == 0 {
-            return Err("there are no regions".to_owned());
+            return Err(Damage::new("there are no regions"));
         }
         if !self.holes.is_empty() && self.holes.len() != count.div_ceil(8) {
-            return Err(format!(
+            return Err(Damage::new(format!(
                 "there are {} bytes of holes for {count} components",
                 self.holes.len()
-            ));
+            )));
         }
         if let Some(depths) = &self.depths
             && (depths.len() != count || depths.iter().any(|depth| u32::try_from(depth).is_err()))
         {
-            return Err(format!("there are not {count} depths of 32 bits"));
+            return Err(Damage::new(format!("there are not {count} depths of 32 bits")));
         }
         Ok(())
     }

@@ -3,6 +3,7 @@
 use bytes::Bytes;
 use flatbuffers::Vector;
 
+use crate::store::format::damage::Damage;
 use crate::store::format::edge_source::EdgeSource;
 use crate::store::format::generated::tile as schema;
 use crate::store::format::packed::{Packed, partition_point};
@@ -22,7 +23,7 @@ impl SideBits {
         constraints: Option<Vector<'_, u8>>,
         walls: Option<Vector<'_, u8>>,
         sides: usize,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Damage> {
         let open = |bits: Option<Vector<'_, u8>>| bits.map_or_else(Bytes::new, |bits| buffer.slice_ref(bits.bytes()));
         let this = Self {
             constraints: open(constraints),
@@ -31,12 +32,15 @@ impl SideBits {
         let expected = sides.div_ceil(8);
         for (what, bits) in [("constraints", &this.constraints), ("walls", &this.walls)] {
             if !bits.is_empty() && bits.len() != expected {
-                return Err(format!("there are {} bytes of {what}, not {expected}", bits.len()));
+                return Err(Damage::new(format!(
+                    "there are {} bytes of {what}, not {expected}",
+                    bits.len()
+                )));
             }
         }
         let constraints = this.constraints.iter().chain(std::iter::repeat(&0));
         if this.walls.iter().zip(constraints).any(|(wall, one)| wall & !one != 0) {
-            return Err("a wall is no constraint".to_owned());
+            return Err(Damage::new("a wall is no constraint"));
         }
         Ok(this)
     }
@@ -78,17 +82,21 @@ impl Sources {
         sides: Option<schema::Packed<'_>>,
         sources: Option<schema::Packed<'_>>,
         limit: usize,
-    ) -> Result<Option<Self>, String> {
+    ) -> Result<Option<Self>, Damage> {
         let (sides, sources) = match (sides, sources) {
             (None, None) => return Ok(None),
             (Some(sides), Some(sources)) => (Packed::open(buffer, sides)?, Packed::open(buffer, sources)?),
-            _ => return Err("edges lack their sources, or sources their edges".to_owned()),
+            _ => return Err(Damage::new("edges lack their sources, or sources their edges")),
         };
         if sides.len() != sources.len() {
-            return Err(format!("{} edges have {} sources", sides.len(), sources.len()));
+            return Err(Damage::new(format!(
+                "{} edges have {} sources",
+                sides.len(),
+                sources.len()
+            )));
         }
         if !sides.iter().zip(sources.iter()).is_sorted() || sides.iter().any(|side| side >= limit as u64) {
-            return Err("an edge with a source is out of range or out of order".to_owned());
+            return Err(Damage::new("an edge with a source is out of range or out of order"));
         }
         Ok(Some(Self { sides, sources }))
     }

@@ -2,6 +2,7 @@
 
 use bytes::Bytes;
 
+use crate::store::format::damage::Damage;
 use crate::store::format::generated::tile as schema;
 use crate::store::format::packed::{Packed, partition_point};
 
@@ -27,25 +28,25 @@ pub(crate) struct Sites {
 
 impl Sites {
     /// Takes them from a verified buffer; there are so many vertices.
-    pub(crate) fn open(core: &Bytes, table: schema::Core<'_>, vertices: u64) -> Result<Option<Self>, String> {
+    pub(crate) fn open(core: &Bytes, table: schema::Core<'_>, vertices: u64) -> Result<Option<Self>, Damage> {
         let (pairs, ids) = match (table.sites(), table.site_ids(), table.site_id_ends()) {
             (None, None, None) => return Ok(None),
             (Some(pairs), None, None) => (Packed::open(core, pairs)?, None),
             (Some(pairs), Some(text), Some(ends)) => {
                 (Packed::open(core, pairs)?, Some((text, Packed::open(core, ends)?)))
             }
-            _ => return Err("sites lack their ids, or ids their sites".to_owned()),
+            _ => return Err(Damage::new("sites lack their ids, or ids their sites")),
         };
         let entries = (0..pairs.len() / 2).map(|i| (pairs.get(2 * i), pairs.get(2 * i + 1)));
         let in_range = entries.clone().all(|(vertex, _)| vertex < vertices);
         if pairs.len() % 2 != 0 || !in_range || !entries.is_sorted() {
-            return Err("a site is out of range or out of order".to_owned());
+            return Err(Damage::new("a site is out of range or out of order"));
         }
         if let Some((text, ends)) = &ids {
             let complete = ends.len() == pairs.len() / 2 && ends.iter().last().unwrap_or(0) == text.len() as u64;
             // The ends are ascending up to the length, so all of them are within it.
             if !complete || !ends.iter().is_sorted() || !ends.iter().all(|end| text.is_char_boundary(end as usize)) {
-                return Err("the ids of the sites are cut where none ends".to_owned());
+                return Err(Damage::new("the ids of the sites are cut where none ends"));
             }
         }
         Ok(Some(Self {

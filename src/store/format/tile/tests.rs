@@ -3,6 +3,7 @@
 use crate::geometry::PackedHalfEdge;
 use crate::io::Buffers;
 use crate::mesh::Twin;
+use crate::store::format::damage::Damage;
 use crate::store::format::directory::verified;
 use crate::store::format::directory::{Extent, TileEntry};
 use crate::store::format::edge_source::{EdgeSource, LineKind};
@@ -70,7 +71,7 @@ fn source(kind: LineKind, number: u64) -> EdgeSource {
     EdgeSource::new(kind, number)
 }
 
-fn open((core, border): &(CoreDraft, BorderDraft)) -> Result<Tile, String> {
+fn open((core, border): &(CoreDraft, BorderDraft)) -> Result<Tile, Damage> {
     let buffers = Buffers::default();
     open_bytes(
         &core.encode(TileId(0), 1, &buffers),
@@ -78,7 +79,7 @@ fn open((core, border): &(CoreDraft, BorderDraft)) -> Result<Tile, String> {
     )
 }
 
-fn open_bytes(core: &Bytes, border: &Bytes) -> Result<Tile, String> {
+fn open_bytes(core: &Bytes, border: &Bytes) -> Result<Tile, Damage> {
     let extent = |bytes: &Bytes| Extent {
         offset: 8192,
         length: bytes.len() as u32,
@@ -198,7 +199,7 @@ fn drafts_that_contradict_themselves_are_refused() {
         let (mut core, mut border) = full_drafts();
         fault(&mut core, &mut border);
         let error = open(&(core, border)).map(|_| ()).expect_err(reason);
-        assert!(error.contains(reason), "{error:?} is not about {reason:?}");
+        assert!(error.to_string().contains(reason), "{error:?} is not about {reason:?}");
     }
 }
 
@@ -255,7 +256,7 @@ fn tables_without_their_other_half_are_refused() {
         match opened {
             Ok(_) => assert_eq!(reason, ""),
             Err(error) => assert!(
-                !reason.is_empty() && error.contains(reason),
+                !reason.is_empty() && error.to_string().contains(reason),
                 "{error:?} is not about {reason:?}"
             ),
         }

@@ -5,15 +5,6 @@ use crate::geometry::{HalfEdge, Point};
 use crate::mesh::{Embedded, Topology, Twin};
 use crate::store::format::packed::{Packed, partition_point};
 
-// Until its last users take a `Twin`.
-#[allow(missing_docs)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Across {
-    Side(u32),
-    Elsewhere,
-    Hull,
-}
-
 impl Tile {
     /// The corner that a half-edge starts at.
     #[inline]
@@ -56,19 +47,6 @@ impl Tile {
             return Some(HalfEdge(side as u32));
         }
         find(&self.border_vertex_sides, vertex.into())
-    }
-
-    #[inline]
-    pub(crate) fn across(&self, side: u32) -> Across {
-        match self.twin(HalfEdge(side)) {
-            Twin::HalfEdge(twin) => Across::Side(twin.0),
-            Twin::Hull => Across::Hull,
-            Twin::Elsewhere => Across::Elsewhere,
-        }
-    }
-
-    pub(crate) fn side_leaving(&self, vertex: u32) -> Option<u32> {
-        self.leaving(vertex).map(|half_edge| half_edge.0)
     }
 }
 

@@ -2,18 +2,28 @@
 //!
 //! Both are single-threaded and take turns on the same input; medians count, of the thread's time on the processor.
 
-use std::process::ExitCode;
-
+use clap::Parser;
 use cpu_time::ThreadTime;
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::mesh::{Constrained, EngineKind, Inserter, Triangulation};
 use distributions::{Kind, LongSegments, Pslg};
+use lab::median;
 use spade::{ConstrainedDelaunayTriangulation, Point2};
 
-const USAGE: &str = "usage: constraint-table [--points N] [--rounds R] [--no-spade]
-
-Triangulates N points (default 1048576) R times (default 5): PSLGs of the thesis with about half and with nine tenths as many
-segments as points, and 1000 segments that each cross all of the square. --no-spade is for a profiler.";
+/// Triangulate PSLGs of the thesis with about half and with nine tenths as many segments as points, and 1000 segments that each
+/// cross all of the square.
+#[derive(Parser)]
+struct Arguments {
+    /// How many points
+    #[arg(long, default_value_t = 1 << 20, value_parser = clap::value_parser!(u64).range(1..1 << 29))]
+    points: u64,
+    /// How often they are triangulated; medians count
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    rounds: u32,
+    /// For a profiler
+    #[arg(long)]
+    no_spade: bool,
+}
 
 struct Input {
     name: &'static str,
@@ -43,11 +53,6 @@ fn inputs(points: u64) -> Vec<Input> {
     ]
 }
 
-fn median(times: &mut [f64]) -> f64 {
-    times.sort_unstable_by(f64::total_cmp);
-    times[times.len() / 2]
-}
-
 /// Seconds that the library takes for the triangulation and for the constraints, and constraint edges.
 fn native(input: &Input) -> (f64, f64, usize) {
     let begin = ThreadTime::now();
@@ -73,25 +78,12 @@ fn spade(input: &Input) -> (f64, usize) {
     (begin.elapsed().as_secs_f64(), mesh.num_constraints())
 }
 
-fn main() -> ExitCode {
-    let (mut points, mut rounds, mut with_spade) = (1 << 20, 5, true);
-    let mut words = std::env::args().skip(1);
-    while let Some(word) = words.next() {
-        let mut number = || words.next().and_then(|word| word.parse::<u64>().ok());
-        let known = match word.as_str() {
-            "--points" => number().filter(|n| (1..1 << 29).contains(n)).map(|n| points = n),
-            "--rounds" => number().filter(|n| *n > 0).map(|n| rounds = n),
-            "--no-spade" => {
-                with_spade = false;
-                Some(())
-            }
-            _ => None,
-        };
-        if known.is_none() {
-            eprintln!("{USAGE}");
-            return ExitCode::from(2);
-        }
-    }
+fn main() {
+    let Arguments {
+        points,
+        rounds,
+        no_spade,
+    } = Arguments::parse();
     println!("Seconds, {points} points, medians of {rounds} rounds\n");
     println!("| | segments | native | of it constraints | ns per segment | spade | native/spade |");
     println!("|---|--:|--:|--:|--:|--:|--:|");
@@ -101,18 +93,18 @@ fn main() -> ExitCode {
             let (triangulated, inserted, edges) = native(&input);
             whole.push(triangulated + inserted);
             inserting.push(inserted);
-            if with_spade {
+            if !no_spade {
                 let (time, its) = spade(&input);
                 assert_eq!(edges, its, "native and spade count constraint edges differently");
                 others.push(time);
             }
         }
-        let (whole, inserting) = (median(&mut whole), median(&mut inserting));
+        let (whole, inserting) = (median(&whole), median(&inserting));
         let per_segment = inserting * 1e9 / input.segments.len().max(1) as f64;
         let beside = match others.is_empty() {
             true => "| |".to_owned(),
             false => {
-                let spade = median(&mut others);
+                let spade = median(&others);
                 format!("{spade:.3} | {:.2} |", whole / spade)
             }
         };
@@ -122,5 +114,4 @@ fn main() -> ExitCode {
             input.segments.len()
         );
     }
-    ExitCode::SUCCESS
 }

@@ -4,59 +4,39 @@
 //! them; medians count. The time is the thread's on the processor, which other processes lengthen far less than the time
 //! on the wall. In every run the library's kernel and spade must give the same number of triangles.
 
-use std::process::ExitCode;
-
+use clap::Parser;
 use cpu_time::ThreadTime;
 use delaunay_tiles::mesh::{Engine as _, Triangulation};
 use distributions::Kind;
 use lab::kernels::incremental::{Incremental, Order};
 use lab::kernels::{Contender, Input, KINDS, Outcome, Peer};
+use lab::median;
 use peakmem_alloc::{INSTRUMENTED_SYSTEM, PeakMemAlloc, PeakMemAllocTrait};
 
 #[global_allocator]
 static MEMORY: &PeakMemAlloc<std::alloc::System> = &INSTRUMENTED_SYSTEM;
 
-const USAGE: &str = "usage: kernel-table [--points N] [--rounds R] [--fresh] [--parts] [--kind NAME] [--only PEER]
-
-Triangulates N points (default 1048576) R times (default 7) with each triangulator, in turns, and prints medians.
---fresh makes new engines in every round: the memory that the library keeps between calls is then allocated again.
---parts adds how the second candidate's time is shared among its steps.
---kind measures one distribution, any that there is; --only one triangulator, for a profiler.";
-
+/// Triangulate the same points with each triangulator, in turns, and print medians.
+#[derive(Parser)]
 struct Arguments {
+    /// How many points
+    #[arg(long, default_value_t = 1 << 20, value_parser = clap::value_parser!(u64).range(1..1 << 29))]
     points: u64,
-    rounds: usize,
+    /// How often each triangulates them
+    #[arg(long, default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..))]
+    rounds: u32,
+    /// Make new engines in every round: the memory that the library keeps between calls is then allocated again
+    #[arg(long)]
     fresh: bool,
+    /// Add how the second candidate's time is shared among its steps
+    #[arg(long)]
     parts: bool,
+    /// One distribution, any that there is
+    #[arg(long = "kind", default_values_t = KINDS)]
     kinds: Vec<Kind>,
+    /// One triangulator, for a profiler
+    #[arg(long = "only", value_enum, default_values_t = Peer::ALL)]
     peers: Vec<Peer>,
-}
-
-fn arguments() -> Option<Arguments> {
-    let mut arguments = Arguments {
-        points: 1 << 20,
-        rounds: 7,
-        fresh: false,
-        parts: false,
-        kinds: KINDS.to_vec(),
-        peers: Peer::ALL.to_vec(),
-    };
-    let mut words = std::env::args().skip(1);
-    while let Some(word) = words.next() {
-        match word.as_str() {
-            "--points" => arguments.points = words.next()?.parse().ok().filter(|n| (1..1 << 29).contains(n))?,
-            "--rounds" => arguments.rounds = words.next()?.parse().ok().filter(|&n| n > 0)?,
-            "--parts" => arguments.parts = true,
-            "--fresh" => arguments.fresh = true,
-            "--kind" => arguments.kinds = vec![words.next()?.parse().ok()?],
-            "--only" => {
-                let name = words.next()?;
-                arguments.peers.retain(|peer| peer.to_string() == name);
-            }
-            _ => return None,
-        }
-    }
-    (!arguments.peers.is_empty()).then_some(arguments)
 }
 
 /// What one triangulator needed for one input.
@@ -72,9 +52,7 @@ struct Measured {
 
 impl Measured {
     fn median(&self) -> f64 {
-        let mut sorted = self.nanoseconds.clone();
-        sorted.sort_unstable_by(f64::total_cmp);
-        sorted[sorted.len() / 2]
+        median(&self.nanoseconds)
     }
 }
 
@@ -148,13 +126,9 @@ fn print_parts(arguments: &Arguments) {
     }
 }
 
-fn main() -> ExitCode {
-    let Some(arguments) = arguments() else {
-        eprintln!("{USAGE}");
-        return ExitCode::from(2);
-    };
+/// Prints the times, and returns all that was measured.
+fn print_times(arguments: &Arguments, names: &str) -> Vec<(Kind, f64, Vec<(Peer, Measured)>)> {
     let ratios = arguments.peers.len() == Peer::ALL.len();
-    let names = arguments.peers.iter().map(|p| format!(" {p} |")).collect::<String>();
     let columns = arguments.peers.len() + 1 + 3 * usize::from(ratios);
     let ratio_names = if ratios {
         " native/spade | native/delaunator | native/brio |"
@@ -169,10 +143,10 @@ fn main() -> ExitCode {
     );
     println!("| |{names}{ratio_names}");
     println!("|---|{}", "--:|".repeat(columns - 1));
-    let mut memory = Vec::new();
+    let mut tables = Vec::new();
     for &kind in &arguments.kinds {
         let input = Input::new(kind, arguments.points);
-        let table = measure(&arguments, &input);
+        let table = measure(arguments, &input);
         print!("| {kind} |");
         for (_, measured) in &table {
             print!(" {:.0} |", measured.median());
@@ -183,13 +157,18 @@ fn main() -> ExitCode {
             }
         }
         println!();
-        memory.push((kind, input.points.len() as f64, table));
+        tables.push((kind, input.points.len() as f64, table));
     }
+    tables
+}
+
+/// Prints the memory, and who counts other triangles than the first.
+fn print_memory(tables: Vec<(Kind, f64, Vec<(Peer, Measured)>)>, names: &str) {
     println!("\nBytes per point at the peak beside the input: work + result\n");
     println!("| |{names}");
-    println!("|---|{}", "--:|".repeat(arguments.peers.len()));
+    println!("|---|{}", "--:|".repeat(names.matches('|').count()));
     let mut wrong = Vec::new();
-    for (kind, n, table) in memory {
+    for (kind, n, table) in tables {
         print!("| {kind} |");
         for (peer, measured) in &table {
             match measured.result {
@@ -213,8 +192,14 @@ fn main() -> ExitCode {
     for line in wrong {
         println!("\n{line}");
     }
+}
+
+fn main() {
+    let arguments = Arguments::parse();
+    let names = arguments.peers.iter().map(|p| format!(" {p} |")).collect::<String>();
+    let tables = print_times(&arguments, &names);
+    print_memory(tables, &names);
     if arguments.parts {
         print_parts(&arguments);
     }
-    ExitCode::SUCCESS
 }

@@ -8,11 +8,12 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use anyhow::{Result, anyhow, bail};
+use clap::Parser;
 use cpu_time::ThreadTime;
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{
@@ -22,39 +23,24 @@ use delaunay_tiles::query::{Footing, PathOutcome, QueryOptions};
 use delaunay_tiles::store::{Cache, LineKind, OpenOptions, TileReader};
 use delaunay_tiles::{BuildOptions, Builder};
 use futures::{StreamExt, TryStreamExt};
+use lab::median;
 use polyanya::{Mesh, Polygon, Vertex};
 use tokio::runtime::{Builder as RuntimeBuilder, Runtime};
 
-const USAGE: &str = "usage: query-table [--pairs N] [--rounds R] [--threads]
-
-Asks for N shortest paths (default 200) R times (default 5) of the library and of crate polyanya, in turns, and prints medians, on a map of
-a game and on the islands of Indonesia. --threads adds queries for the 10 nearest of 1,000 sites, by one thread, by two, and by two that share nothing.";
-
+/// Ask for shortest paths of the library and of crate polyanya, in turns, on a map of a game and on the islands of Indonesia, and
+/// print medians.
+#[derive(Parser)]
 struct Arguments {
-    pairs: usize,
-    rounds: usize,
+    /// How many paths
+    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
+    pairs: u32,
+    /// How often each is asked for
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    rounds: u32,
+    /// Add queries for the 10 nearest of 1,000 sites, by one thread, by two, and by two that share nothing
+    #[arg(long)]
     threads: bool,
 }
-
-fn arguments() -> Option<Arguments> {
-    let mut arguments = Arguments {
-        pairs: 200,
-        rounds: 5,
-        threads: false,
-    };
-    let mut words = std::env::args().skip(1);
-    while let Some(word) = words.next() {
-        match word.as_str() {
-            "--pairs" => arguments.pairs = words.next()?.parse().ok().filter(|&n| n > 0)?,
-            "--rounds" => arguments.rounds = words.next()?.parse().ok().filter(|&n| n > 0)?,
-            "--threads" => arguments.threads = true,
-            _ => return None,
-        }
-    }
-    Some(arguments)
-}
-
-type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -220,11 +206,6 @@ async fn is_inside(reader: &TileReader, p: Point) -> Result<bool> {
     Ok(!matches!(reader.locate(p.x, p.y).await?, Location::Outside))
 }
 
-fn median(times: &mut [f64]) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
-}
-
 /// Microseconds that a measurement should take, beside which it takes nothing to read the clock: what is faster is asked for more than once.
 const LONG_ENOUGH: f64 = 50.0;
 
@@ -232,7 +213,7 @@ async fn compare(name: &str, reader: &TileReader, arguments: &Arguments) -> Resu
     let mesh = mesh(reader).await?;
     let (mut own, mut peer, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     let (mut missed, mut longer) = (0, 0);
-    let pairs = pairs(reader, arguments.pairs).await?;
+    let pairs = pairs(reader, arguments.pairs as usize).await?;
     let mut compared = 0;
     for [from, to] in &pairs {
         let (mut own_times, mut peer_times) = (Vec::new(), Vec::new());
@@ -260,7 +241,7 @@ async fn compare(name: &str, reader: &TileReader, arguments: &Arguments) -> Resu
             (Some(length), Some(peer_length)) if (peer_length - length).abs() <= 1e-3 * length => {
                 compared += 1;
                 // The first round warms up.
-                let [a, b] = [median(&mut own_times[1..]), median(&mut peer_times[1..])];
+                let [a, b] = [median(&own_times[1..]), median(&peer_times[1..])];
                 own.push(a);
                 peer.push(b);
                 ratios.push(a / b);
@@ -270,10 +251,10 @@ async fn compare(name: &str, reader: &TileReader, arguments: &Arguments) -> Resu
         }
     }
     if compared == 0 {
-        return Err("no pair could be compared".into());
+        bail!("no pair could be compared");
     }
     let sums = [own.iter().sum::<f64>(), peer.iter().sum::<f64>()];
-    let [a, b, ratio] = [&mut own, &mut peer, &mut ratios].map(|times| median(times));
+    let [a, b, ratio] = [&own, &peer, &ratios].map(|times| median(times));
     println!(
         "| {name} | {compared} | {a:.1} | {b:.1} | {:.2} | {ratio:.2} | {:.2} | {missed} | {longer} |",
         a / b,
@@ -326,17 +307,18 @@ fn throughput(threads: usize, path: &Path, from: &Arc<Vec<Point>>) -> Result<f64
 /// Queries a second, on two threads that share nothing: what the machine gives.
 fn apart(path: &Path, from: &Arc<Vec<Point>>) -> Result<f64> {
     let rates = std::thread::scope(|scope| {
-        let one = || throughput(1, path, from).map_err(|error| error.to_string());
+        let one = || throughput(1, path, from);
         [scope.spawn(one), scope.spawn(one)].map(|thread| thread.join())
     });
     let mut sum = 0.0;
     for rate in rates {
-        sum += rate.map_err(|_| "a thread panicked")??;
+        sum += rate.map_err(|_| anyhow!("a thread panicked"))??;
     }
     Ok(sum)
 }
 
-fn run(arguments: &Arguments) -> Result<()> {
+fn main() -> Result<()> {
+    let arguments = &Arguments::parse();
     let folder = tempfile::tempdir()?;
     let runtime = Runtime::new()?;
     println!(
@@ -348,7 +330,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         compare("arena", &arena, arguments).await?;
         let islands = islands(folder.path(), &[]).await?;
         compare("indonesia_ne10m", &islands, arguments).await?;
-        Ok::<_, Box<dyn std::error::Error>>(islands)
+        Ok::<_, anyhow::Error>(islands)
     })?;
     if !arguments.threads {
         return Ok(());
@@ -366,11 +348,11 @@ fn run(arguments: &Arguments) -> Result<()> {
             }
         }
         islands(folder.path(), &sites).await?;
-        Ok::<_, Box<dyn std::error::Error>>((sites, Arc::new(from)))
+        Ok::<_, anyhow::Error>((sites, Arc::new(from)))
     })?;
     let path = folder.path().join(format!("islands-{}.tiles", sites.len()));
     let mut rates = [Vec::new(), Vec::new(), Vec::new()];
-    for round in 0..arguments.rounds {
+    for round in 0..arguments.rounds as usize {
         // None is always the first.
         for way in (0..3).map(|way| (way + round) % 3) {
             rates[way].push(match way {
@@ -380,7 +362,7 @@ fn run(arguments: &Arguments) -> Result<()> {
             });
         }
     }
-    let [one, two, apart] = rates.map(|mut rates| median(&mut rates));
+    let [one, two, apart] = rates.map(|rates| median(&rates));
     println!(
         "\n10 nearest of 1,000 sites on indonesia_ne10m: {one:.0} queries a second on one thread, {two:.0} on two: {:.2} times; \
          {apart:.0} on two that share nothing: {:.2} times",
@@ -388,18 +370,4 @@ fn run(arguments: &Arguments) -> Result<()> {
         apart / one
     );
     Ok(())
-}
-
-fn main() -> ExitCode {
-    let Some(arguments) = arguments() else {
-        eprintln!("{USAGE}");
-        return ExitCode::from(2);
-    };
-    match run(&arguments) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
 }

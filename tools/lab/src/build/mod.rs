@@ -25,7 +25,7 @@ use super::pictures::Pictures;
 use super::tiles::own_program;
 use limited::{Ended, Limit, Took, measure};
 use plan::{Data, Plan};
-use record::{Engine, Record};
+use record::{Engine, Measured, Record};
 use tiletool::bench::caches;
 use tiletool::common;
 use tiletool::generate::parse_count;
@@ -124,17 +124,6 @@ struct Bench<'a> {
     limit: Limit,
     scratch: &'a Path,
     stop: &'a AtomicBool,
-}
-
-/// What was measured, and on which terms.
-pub struct Measured {
-    pub records: Vec<Record>,
-    pub notes: Vec<String>,
-    pub plan: Plan,
-    pub threads: u32,
-    pub memory: u64,
-    pub limit: Limit,
-    pub rounds: u32,
 }
 
 /// Measures and writes.

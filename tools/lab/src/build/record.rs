@@ -3,10 +3,10 @@
 use anyhow::Context;
 use serde::Deserialize;
 
-use super::plan::Data;
+use super::plan::{Data, Plan};
 use crate::peer::Peer;
 use crate::table::{Cell, Table};
-use limited::{Ended, Took};
+use limited::{Ended, Limit, Took};
 
 /// Who triangulates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -284,4 +284,15 @@ pub fn table(records: &[Record]) -> Table {
         ]);
     }
     table
+}
+
+/// What was measured, and on which terms.
+pub struct Measured {
+    pub records: Vec<Record>,
+    pub notes: Vec<String>,
+    pub plan: Plan,
+    pub threads: u32,
+    pub memory: u64,
+    pub limit: Limit,
+    pub rounds: u32,
 }

@@ -3,10 +3,10 @@
 use distributions::Kind;
 
 use super::plan::{ALPHA, Data};
-use super::record::{Engine, Record, median};
-use super::{Measured, Peer};
+use super::record::{Engine, Measured, Record, median};
 use crate::folder::Folder;
 use crate::machine;
+use crate::peer::Peer;
 use crate::pictures::Pictures;
 use crate::plot::chart::{Chart, Dimension, Line};
 use crate::table::{Cell, Table};

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::fmt;
 
+use clap::ValueEnum;
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::mesh::{Engine, EngineKind, Triangulation};
 use distributions::Kind;
@@ -47,7 +48,7 @@ impl Input {
 }
 
 /// A triangulator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Peer {
     /// The library's own kernel, divide and conquer.
     Native,

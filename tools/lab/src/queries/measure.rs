@@ -5,6 +5,7 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::baselines::{Measured, Method, Statistics};
 use delaunay_tiles::query::{QueryOptions, SiteFound};
 use delaunay_tiles::store::TileReader;
+use lab::median;
 
 /// Which sites are asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,11 +115,4 @@ pub fn name(method: Method) -> String {
         Method::EuclidZhang => "Zhang et al.".to_owned(),
         Method::EuclidXia => "Xia et al.".to_owned(),
     }
-}
-
-/// The middle one of some numbers, or 0 if there are none.
-pub fn median(numbers: &[f64]) -> f64 {
-    let mut sorted = numbers.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }

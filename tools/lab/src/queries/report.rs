@@ -2,11 +2,12 @@
 
 use delaunay_tiles::query::baselines::{Method, Statistics};
 
-use super::measure::{Cost, Wanted, median, name};
+use super::measure::{Cost, Wanted, name};
 use crate::folder::Folder;
 use crate::machine;
 use crate::plot::chart::{Chart, Dimension, Line};
 use crate::table::{Cell, Table};
+use lab::median;
 
 /// Keeps all results.
 pub fn keep(title: &str, costs: &[Cost], folder: &mut Folder) -> anyhow::Result<()> {

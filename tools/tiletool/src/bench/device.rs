@@ -9,7 +9,7 @@ use std::thread;
 
 use memmap2::MmapMut;
 
-use super::{Clock, Took};
+use super::took::{Clock, Took};
 
 /// Bytes of a huge page: more than direct reads ask of where memory begins.
 const HUGE_PAGE: usize = 2 << 20;

@@ -8,10 +8,11 @@ use delaunay_tiles::io::Backend;
 use delaunay_tiles::store::{Cache, OpenOptions, TileId, TileReader};
 use futures::{StreamExt, TryStreamExt, stream};
 
+use super::caches;
 use super::device::{Device, Into};
 use super::map::MappedFile;
 use super::report::{OfBackend, OfDevice, Report};
-use super::{Clock, Took, caches, median};
+use super::took::{Clock, Took, median};
 use crate::common;
 
 /// Bytes of a block that the bare device is read in.
@@ -57,6 +58,11 @@ pub enum Method {
 }
 
 impl Method {
+    fn name(self) -> String {
+        let value = self.to_possible_value();
+        value.map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
     async fn open(self, path: &Path, is_scan: bool) -> anyhow::Result<TileReader> {
         let options = OpenOptions::default().cache(&Cache::new(0));
         let backend = match self {
@@ -171,7 +177,7 @@ async fn measure(args: &ReadArgs) -> anyhow::Result<Report> {
     let device = OfDevice::best(&DEPTHS, &depths, &device_huge, &device_random);
     let backends = args.backends.iter().zip(&runs).map(|(method, runs)| {
         let [cold, warm, random] = [&runs.cold, &runs.warm, &runs.random].map(|runs| median(runs, Took::rate));
-        OfBackend::new(method, cold, warm, random, device.as_ref())
+        OfBackend::new(&method.name(), cold, warm, random, device.as_ref())
     });
     Ok(Report {
         file: reader.name().to_owned(),

@@ -1,10 +1,8 @@
 //! What was measured, for people and programs.
 
-use clap::ValueEnum;
 use serde::Serialize;
 
-use super::read::Method;
-use super::{Took, median};
+use super::took::{Took, median};
 use crate::common::{bytes, thousands};
 
 /// The result; its names are the stable keys of `--json`.
@@ -86,10 +84,9 @@ impl OfDevice {
 
 impl OfBackend {
     /// From its medians.
-    pub fn new(method: &Method, cold: Took, warm: Took, random: Took, device: Option<&OfDevice>) -> Self {
-        let name = method.to_possible_value();
+    pub fn new(name: &str, cold: Took, warm: Took, random: Took, device: Option<&OfDevice>) -> Self {
         Self {
-            name: name.map_or_else(String::new, |name| name.get_name().to_owned()),
+            name: name.to_owned(),
             gb_per_s: cold.rate(),
             ratio_to_device: device.map(|device| cold.rate() / device.gb_per_s),
             ratio_to_huge_pages: device.map(|device| cold.rate() / device.huge_pages_gb_per_s),

@@ -13,7 +13,6 @@ use delaunay_tiles::io::output_target;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::Source;
 use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates};
-use serde::{Deserialize, Serialize};
 use tokio::sync::{Notify, mpsc};
 
 use crate::allocator;
@@ -22,7 +21,7 @@ use crate::input_args::InputArgs;
 use crate::lines::{LineArgs, LineRules, Lines, MissingZArgs};
 use crate::progress::Bar;
 use crate::unchanged::Unchanged;
-use report::{Output, report};
+use report::{Output, Read, report};
 
 /// Triangulate points and write a tile file.
 ///
@@ -165,7 +164,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     } else if args.quiet {
         Ok(())
     } else {
-        common::print(&report(&args, &summary, &read))
+        common::print(&report(&args.output, &summary, &read))
     }
 }
 
@@ -205,19 +204,6 @@ fn how_to_go_on(error: anyhow::Error, output: &Path, can_resume: bool) -> anyhow
 /// Whether reading was stopped.
 fn is_stopped(error: &anyhow::Error) -> bool {
     matches!(error.downcast_ref(), Some(InputError::Stopped))
-}
-
-/// What is known of the input once it was read; a build that is resumed has it from the build before.
-#[derive(Debug, Default, Deserialize, Serialize)]
-struct Read {
-    records: u64,
-    withheld: u64,
-    filtered: u64,
-    invalid: u64,
-    #[serde(default)]
-    segments: u64,
-    input_bytes: u64,
-    notes: Vec<String>,
 }
 
 /// Reads the input on a thread of its own, ahead of the builder.

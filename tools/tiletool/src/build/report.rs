@@ -1,10 +1,24 @@
 //! What `tiletool build` tells of a finished build, to programs and to people.
 
-use delaunay_tiles::{BuildSummary, Phase};
-use serde::Serialize;
+use std::path::Path;
 
-use super::{BuildArgs, Read};
+use delaunay_tiles::{BuildSummary, Phase};
+use serde::{Deserialize, Serialize};
+
 use crate::common;
+
+/// What is known of the input once it was read; a build that is resumed has it from the build before.
+#[derive(Debug, Default, Deserialize, Serialize)]
+pub(super) struct Read {
+    pub(super) records: u64,
+    pub(super) withheld: u64,
+    pub(super) filtered: u64,
+    pub(super) invalid: u64,
+    #[serde(default)]
+    pub(super) segments: u64,
+    pub(super) input_bytes: u64,
+    pub(super) notes: Vec<String>,
+}
 
 /// The keys of `--json`, which are stable.
 #[derive(Serialize)]
@@ -144,11 +158,11 @@ fn share(part: u64, whole: u64) -> f64 {
     if whole == 0 { 0.0 } else { part as f64 / whole as f64 }
 }
 
-pub(super) fn report(args: &BuildArgs, summary: &BuildSummary, read: &Read) -> String {
+pub(super) fn report(output: &Path, summary: &BuildSummary, read: &Read) -> String {
     let thousands = common::thousands;
     let mut text = format!(
         "{}: {} vertices, {} triangles, {} hull edges in {} tiles\n",
-        common::shown(&args.output),
+        common::shown(output),
         thousands(summary.vertices),
         thousands(summary.triangles),
         thousands(summary.hull_edges),

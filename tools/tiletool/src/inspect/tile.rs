@@ -1,6 +1,8 @@
 //! One tile in full.
 
-use delaunay_tiles::store::{Across, Tile, TileReader};
+use delaunay_tiles::geometry::HalfEdge;
+use delaunay_tiles::mesh::Twin;
+use delaunay_tiles::store::{Tile, TileReader};
 use serde::Serialize;
 
 use super::numbers::Table;
@@ -178,10 +180,10 @@ fn triangle(tile: &Tile, number: u32) -> TriangleRow {
     TriangleRow {
         number,
         corners: tile.vertices(number).map(|v| (v.id.tile.0, v.id.index)),
-        neighbours: [0, 1, 2].map(|s| match tile.across(3 * number + s) {
-            Across::Side(side) => Neighbour::Triangle(side / 3),
-            Across::Elsewhere => Neighbour::None("elsewhere"),
-            Across::Hull => Neighbour::None("hull"),
+        neighbours: HalfEdge::of_triangle(number).map(|side| match tile.twin(side) {
+            Twin::HalfEdge(twin) => Neighbour::Triangle(twin.triangle()),
+            Twin::Elsewhere => Neighbour::None("elsewhere"),
+            Twin::Hull => Neighbour::None("hull"),
         }),
         part: if number < tile.core_triangle_count() {
             "core"

@@ -7,6 +7,8 @@ pub struct Axis {
     pub ticks: Vec<(f64, String)>,
 }
 
+/// Size of the coordinates beside the frame.
+pub const TICK_TEXT: f64 = 15.0;
 /// Pixels between two coordinates, at least.
 const APART: f64 = 130.0;
 /// More of them nobody needs, whatever the numbers are.
@@ -49,10 +51,7 @@ impl Axis {
 
     /// Pixels of the widest label.
     pub fn widest(&self) -> f64 {
-        let widths = self
-            .ticks
-            .iter()
-            .map(|(_, label)| text_width(label, super::page::TICK_TEXT));
+        let widths = self.ticks.iter().map(|(_, label)| text_width(label, TICK_TEXT));
         widths.fold(0.0, f64::max)
     }
 }

@@ -3,8 +3,8 @@
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::store::{Directory, KdNode};
 
-use super::axis::{fitted_text, text_width};
-use super::page::{Page, TICK_TEXT};
+use super::axis::{TICK_TEXT, fitted_text, text_width};
+use super::page::Page;
 use super::scene::Scene;
 use super::style::{CONSTRAINT, EDGE, EDGE_THINNED, GREY, HOLE, INK, LINES, PAPER, SITE, WALL, fill, stroke};
 use super::svg::{Anchor, Path, Svg};

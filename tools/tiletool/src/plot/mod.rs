@@ -14,7 +14,7 @@ pub mod svg;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use delaunay_tiles::peak_memory;
 use delaunay_tiles::store::TileReader;
 use serde::Serialize;
@@ -49,12 +49,12 @@ impl Kind {
 
 impl PlotFile {
     /// Tells the kind by the suffix.
-    pub fn new(path: PathBuf) -> Result<Self, String> {
+    pub fn new(path: PathBuf) -> anyhow::Result<Self> {
         let suffix = path.extension().map(|s| s.to_string_lossy().to_ascii_lowercase());
         let kind = match suffix.as_deref() {
             Some("svg") => Kind::Svg,
             Some("png") => Kind::Png,
-            _ => return Err("maps are drawn as SVG or PNG: the name must end in .svg or .png".to_owned()),
+            _ => bail!("maps are drawn as SVG or PNG: the name must end in .svg or .png"),
         };
         Ok(Self { path, kind })
     }
@@ -111,8 +111,7 @@ pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotte
 
 /// The bytes of a picture whose name ends in `.svg` or `.png`.
 pub fn encode(name: &Path, svg: String) -> anyhow::Result<Vec<u8>> {
-    let file = PlotFile::new(name.to_owned()).map_err(anyhow::Error::msg)?;
-    file.kind.encode(svg)
+    PlotFile::new(name.to_owned())?.kind.encode(svg)
 }
 
 /// Draws the answer to a query.

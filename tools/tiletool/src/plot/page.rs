@@ -3,7 +3,7 @@
 use anyhow::ensure;
 use delaunay_tiles::geometry::{Point, Rect};
 
-use super::axis::{Axis, text_width};
+use super::axis::{Axis, TICK_TEXT, text_width};
 
 /// Pixels of the page from left to right.
 const WIDTH: f64 = 1600.0;
@@ -17,8 +17,6 @@ const SIDE: f64 = 30.0;
 const MARGIN: f64 = 24.0;
 /// The least and the greatest height of the frame.
 const FRAME_HEIGHTS: (f64, f64) = (420.0, 1500.0);
-/// Size of the coordinates beside the frame.
-pub const TICK_TEXT: f64 = 15.0;
 
 /// A page with a frame, and the map from the plane to it: one scale for both axes, y upwards.
 pub struct Page {

@@ -1,7 +1,8 @@
 //! The picture of an answer: what is in the way, what was searched, and what was found.
 
-use delaunay_tiles::geometry::{Point, Rect};
-use delaunay_tiles::store::{Across, Tile, TileId, TileReader};
+use delaunay_tiles::geometry::{HalfEdge, Point, Rect};
+use delaunay_tiles::mesh::Twin;
+use delaunay_tiles::store::{Tile, TileId, TileReader};
 
 use super::map::{Entry, Sign, draw_axes, draw_frame, draw_legend, middle_cut};
 use super::page::Page;
@@ -112,17 +113,17 @@ impl Ground {
         let ground = if is_hole { &mut self.holes } else { &mut self.free };
         ground.polygon(pixels);
         for s in 0..3 {
-            let (e, side) = ((s + 1) % 3, 3 * triangle + s as u32);
-            let across = tile.across(side);
+            let (e, side) = ((s + 1) % 3, HalfEdge::new(triangle, s as u32));
+            let twin = tile.twin(side);
             // Each edge once, where both its triangles are seen here.
-            let is_first = corners[s].lex_cmp(corners[e]).is_lt() || across == Across::Hull;
+            let is_first = corners[s].lex_cmp(corners[e]).is_lt() || twin == Twin::Hull;
             if !is_first {
                 continue;
             }
             let blocks = tile.is_wall(side)
-                || match across {
-                    Across::Side(other) => tile.is_hole(other / 3) != is_hole,
-                    Across::Hull | Across::Elsewhere => is_hole,
+                || match twin {
+                    Twin::HalfEdge(twin) => tile.is_hole(twin.triangle()) != is_hole,
+                    Twin::Hull | Twin::Elsewhere => is_hole,
                 };
             let line = match (tile.is_constraint(side), blocks) {
                 (false, _) if is_hole || self.triangles > MESH => continue,

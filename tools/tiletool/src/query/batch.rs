@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use anyhow::{Context, bail};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::RowFile;
 use delaunay_tiles::shown;
@@ -14,17 +15,17 @@ pub enum Question {
 }
 
 /// A point, as `X,Y`.
-pub fn point(text: &str) -> Result<Point, String> {
+pub fn point(text: &str) -> anyhow::Result<Point> {
     match numbers(text).as_deref() {
         Some(&[x, y]) => Ok(Point::new(x, y)),
-        _ => Err("a point is two numbers with a comma between them, as 3.5,-4".to_owned()),
+        _ => bail!("a point is two numbers with a comma between them, as 3.5,-4"),
     }
 }
 
 /// A distance: a number that is not negative.
-pub fn radius(text: &str) -> Result<f64, String> {
+pub fn radius(text: &str) -> anyhow::Result<f64> {
     let radius = text.parse().ok().filter(|radius: &f64| *radius >= 0.0);
-    radius.ok_or_else(|| "a distance is a number that is not negative".to_owned())
+    radius.context("a distance is a number that is not negative")
 }
 
 fn numbers(row: &str) -> Option<Vec<f64>> {
@@ -74,11 +75,11 @@ mod tests {
 
     #[test]
     fn points_and_distances() {
-        assert_eq!(point("-3.5, 4e2"), Ok(Point::new(-3.5, 400.0)));
+        assert_eq!(point("-3.5, 4e2").unwrap(), Point::new(-3.5, 400.0));
         for text in ["", "1", "1,2,3", "a,b", "1,NaN", "inf,0", "1;2"] {
             assert!(point(text).is_err(), "{text}");
         }
-        assert_eq!(radius("0"), Ok(0.0));
+        assert_eq!(radius("0").unwrap(), 0.0);
         for text in ["-1", "NaN", "far"] {
             assert!(radius(text).is_err(), "{text}");
         }

@@ -6,7 +6,6 @@ use delaunay_tiles::query::Mode;
 use super::args::{AtArgs, CommonArgs, ModeArgs, ProgressArgs, WayArgs};
 use super::ask::Ask;
 use super::batch::{self, Question};
-use super::matrix;
 
 #[derive(Subcommand, Clone, Debug)]
 pub enum QueryCommand {
@@ -20,7 +19,6 @@ pub enum QueryCommand {
     Range(RangeArgs),
     /// A shortest path
     Path(PathArgs),
-    Matrix(matrix::MatrixArgs),
     /// The nearest sites along a straight line: the intervals on which they stay the same
     Along(AlongArgs),
 }
@@ -88,7 +86,7 @@ impl QueryCommand {
     /// How exact the answer is to be, and whether the fast one comes first.
     pub fn mode(&self) -> (Mode, bool) {
         match self {
-            Self::Locate(_) | Self::Nearest(_) | Self::Matrix(_) | Self::Along(_) => (Mode::Exact, false),
+            Self::Locate(_) | Self::Nearest(_) | Self::Along(_) => (Mode::Exact, false),
             Self::Knn(args) => (args.mode.mode, args.progress.progressive),
             Self::Range(args) => (args.mode.mode, false),
             Self::Path(args) => (args.mode.mode, args.progress.progressive),
@@ -118,7 +116,6 @@ impl QueryCommand {
             ),
             Self::Path(args) => (Ask::Path, args.way.ways(), &args.way.common),
             Self::Along(args) => (Ask::Along { k: args.k }, args.line.ways(), &args.line.common),
-            Self::Matrix(_) => unreachable!("it asks for itself"),
         }
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, bail};
-use clap::Args;
+use clap::{Args, Subcommand};
 use delaunay_tiles::query::{Explored, QueryOptions};
 use delaunay_tiles::store::TileReader;
 use futures::{StreamExt, TryStreamExt, stream};
@@ -30,7 +30,14 @@ use crate::plot;
 #[command(after_help = EXAMPLES)]
 pub struct QueryArgs {
     #[command(subcommand)]
-    command: QueryCommand,
+    command: Command,
+}
+
+#[derive(Subcommand, Clone, Debug)]
+enum Command {
+    #[command(flatten)]
+    Questions(QueryCommand),
+    Matrix(matrix::MatrixArgs),
 }
 
 const EXAMPLES: &str = "\
@@ -47,9 +54,12 @@ const BEGUN: usize = 16;
 
 /// Answers queries.
 pub fn run(args: QueryArgs) -> anyhow::Result<()> {
-    answer(&args.command, |ask, reader, question, options| async move {
-        ask.answer(&reader, question, options).await
-    })
+    match args.command {
+        Command::Matrix(args) => matrix::run(&args),
+        Command::Questions(command) => answer(&command, |ask, reader, question, options| async move {
+            ask.answer(&reader, question, options).await
+        }),
+    }
 }
 
 /// Answers queries in some way, and prints the answers.
@@ -60,9 +70,6 @@ pub fn answer<F>(
 where
     F: Future<Output = anyhow::Result<Answer>> + Send + 'static,
 {
-    if let QueryCommand::Matrix(args) = command {
-        return matrix::run(args);
-    }
     let questions = questions(command)?;
     common::block_on(answer_all(command, questions, by))
 }

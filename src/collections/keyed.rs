@@ -1,0 +1,30 @@
+//! Things in the order of their keys.
+
+use std::cmp::Ordering;
+
+/// A thing that is ordered by its key alone, whatever it is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Keyed<K, T> {
+    pub(crate) key: K,
+    pub(crate) value: T,
+}
+
+impl<K: Ord, T> PartialEq for Keyed<K, T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.key == other.key
+    }
+}
+
+impl<K: Ord, T> Eq for Keyed<K, T> {}
+
+impl<K: Ord, T> PartialOrd for Keyed<K, T> {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl<K: Ord, T> Ord for Keyed<K, T> {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.key.cmp(&other.key)
+    }
+}
