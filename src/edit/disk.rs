@@ -9,7 +9,7 @@ use bytes::Bytes;
 use foldhash::HashMap;
 use tokio::sync::{MappedMutexGuard, Mutex, MutexGuard, oneshot};
 
-use crate::edit::damage::Damage;
+use crate::edit::contradiction::Contradiction;
 use crate::edit::desk::Desk;
 use crate::edit::error::EditError;
 use crate::edit::regions::{Labels, Parts};
@@ -112,8 +112,8 @@ impl Disk {
     }
 
     /// The error for a tile that contradicts itself or others.
-    pub(crate) fn damaged(&self, tile: TileId, damage: Damage) -> EditError {
-        self.reader.damaged(tile, damage.to_string()).into()
+    pub(crate) fn damaged(&self, tile: TileId, contradiction: Contradiction) -> EditError {
+        self.reader.damaged(tile, contradiction.to_string()).into()
     }
 
     /// Tiles that were read so far.
@@ -153,7 +153,7 @@ impl Disk {
             flushed.map_err(|error| self.cannot("write", error))?;
             state.entries.get(id.0 as usize).copied()
         };
-        let entry = entry.ok_or_else(|| self.damaged(id, Damage::NoTile))?;
+        let entry = entry.ok_or_else(|| self.damaged(id, Contradiction::NoTile))?;
         self.reads.fetch_add(1, Ordering::Relaxed);
         let read = self.file.read_many(&[entry.core.range(), entry.border.range()]).await;
         let read = read.map_err(|error| self.cannot("read", error))?;
@@ -197,8 +197,7 @@ impl Disk {
         if self.labels.get().is_some() {
             state.in_holes.insert(id, counts.in_holes);
         }
-        let entry = counts.entry(&before, self.generation);
-        state.entries[id.0 as usize] = TileEntry { core, border, ..entry };
+        state.entries[id.0 as usize] = counts.entry(core, border, self.generation);
         Ok(())
     }
 

@@ -11,7 +11,7 @@ pub(crate) fn exchange(patch: &mut Patch, tiles: &mut Tiles) -> Result<(), EditE
     for share in &patch.shares {
         let id = share.tile;
         let replaced = tiles.change(id)?.replace(patch, share, &mut at);
-        let open = replaced.map_err(|damage| tiles.damaged(id, damage))?;
+        let open = replaced.map_err(|reason| tiles.damaged(id, reason))?;
         unlinked.extend(open.into_iter().map(|open| (id, open)));
         at.clear(share);
     }
@@ -27,7 +27,7 @@ pub(crate) fn exchange(patch: &mut Patch, tiles: &mut Tiles) -> Result<(), EditE
         drop(other);
         if apex.tile == id {
             let linked = tiles.change(id)?.link(open, apex);
-            linked.map_err(|damage| tiles.damaged(id, damage))?;
+            linked.map_err(|reason| tiles.damaged(id, reason))?;
         }
     }
     Ok(())

@@ -14,7 +14,7 @@
 //! Lemma 3.3.6). So a file that was edited has the triangles that it would have been built with. New tiles and a new directory are
 //! appended; then one superblock is replaced, which makes all of it the file, at once. Whoever has it open sees what it was.
 
-mod damage;
+mod contradiction;
 mod desk;
 mod disk;
 mod editor;

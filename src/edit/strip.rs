@@ -6,7 +6,7 @@
 
 use foldhash::{HashMap, HashMapExt};
 
-use crate::edit::damage::Damage;
+use crate::edit::contradiction::Contradiction;
 use crate::edit::error::EditError;
 use crate::edit::exchange::exchange;
 use crate::edit::patch::{Beside, New, Old, Patch};
@@ -110,7 +110,7 @@ impl Inserting {
                 Ok(Reached::Along(next, sides.map(corners).collect()))
             }
             Some(Leaving::Into(side)) => self.cross(tiles, tile, side, [from.point, to], piece),
-            None => Err(tiles.damaged(from.id.tile, Damage::NoWay)),
+            None => Err(tiles.damaged(from.id.tile, Contradiction::NoWay)),
         }
     }
 
@@ -147,14 +147,14 @@ impl Inserting {
             }
             let id = tile.id;
             let Some((there, entered)) = tiles.over(tile, gate)? else {
-                return Err(tiles.damaged(id, Damage::LineLeaves));
+                return Err(tiles.damaged(id, Contradiction::LineLeaves));
             };
             tile = there;
             self.looked_at += 1;
             let triangle = self.strip.old.len() as u32;
             // A triangle takes more than a byte of the file.
             if u64::from(triangle) > tiles.length() {
-                return Err(tiles.damaged(id, Damage::EndlessLine));
+                return Err(tiles.damaged(id, Contradiction::EndlessLine));
             }
             let apex = tile.from(entered.prev());
             let number = self.push(&tile, entered, ends, apex);
@@ -253,7 +253,7 @@ impl Inserting {
             }
         };
         let noted = tiles.change(ends[0].tile)?.add_source(ends, source, times);
-        noted.ok_or_else(|| tiles.damaged(ends[0].tile, Damage::MissingEdge))
+        noted.ok_or_else(|| tiles.damaged(ends[0].tile, Contradiction::MissingEdge))
     }
 }
 
@@ -311,7 +311,7 @@ fn mark(tiles: &mut Tiles, triangles: &[[VertexId; 3]], is_wall: bool) -> Result
         of_tiles.sort_unstable();
         for id in of_tiles.chunk_by(|a, b| a == b).map(|same| same[0]) {
             if !tiles.change(id)?.fix(*corners, bits) {
-                return Err(tiles.damaged(id, Damage::MissingTriangle));
+                return Err(tiles.damaged(id, Contradiction::MissingTriangle));
             }
         }
     }

@@ -12,7 +12,7 @@ use tokio::runtime::Handle;
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 
-use crate::edit::damage::Damage;
+use crate::edit::contradiction::Contradiction;
 use crate::edit::disk::Disk;
 use crate::edit::error::EditError;
 use crate::edit::regions::{Labels, Parts};
@@ -76,8 +76,8 @@ impl Tiles {
     }
 
     /// The error for tiles that contradict each other.
-    pub(crate) fn damaged(&self, tile: TileId, damage: Damage) -> EditError {
-        self.disk.damaged(tile, damage)
+    pub(crate) fn damaged(&self, tile: TileId, contradiction: Contradiction) -> EditError {
+        self.disk.damaged(tile, contradiction)
     }
 
     /// A tile to look at. It must be given back before it is changed, or it is copied.

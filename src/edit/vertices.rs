@@ -6,7 +6,7 @@
 
 use foldhash::{HashMap, HashSet};
 
-use crate::edit::damage::Damage;
+use crate::edit::contradiction::Contradiction;
 use crate::edit::error::EditError;
 use crate::edit::exchange::exchange;
 use crate::edit::patch::{Beside, New, Old, Patch};
@@ -36,7 +36,7 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
     }
     let first = tiles.change(id)?.add_vertices(&new, has_z);
     let Some(mut from) = near else {
-        return Err(tiles.damaged(id, Damage::NoVertices));
+        return Err(tiles.damaged(id, Contradiction::NoVertices));
     };
     let mut adding = Adding::default();
     for (&NewVertex { point, line, .. }, index) in new.iter().zip(first..) {
@@ -60,7 +60,7 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
 fn locate(tiles: &Tiles, from: VertexId, to: Point) -> Result<Option<(Pin, HalfEdge)>, EditError> {
     let mut tile = tiles.get(from.tile)?;
     let Some(mut side) = tile.leaving(from.index) else {
-        return Err(tiles.damaged(from.tile, Damage::LoneVertex(from.index)));
+        return Err(tiles.damaged(from.tile, Contradiction::LoneVertex(from.index)));
     };
     // A walk may go in circles where constraints are, if it always looks at the sides in the same order.
     let mut steps = 4 * tiles.directory().metadata.triangles + 1000;
@@ -134,7 +134,7 @@ impl Adding {
                 && (before.is_some() || on_hull.is_some_and(|[_, end]| end == from))
                 && (after.is_some() || on_hull.is_some_and(|[end, _]| end == to));
             if !is_sound {
-                return Err(tiles.damaged(vertex.id.tile, Damage::UnfitCavity));
+                return Err(tiles.damaged(vertex.id.tile, Contradiction::UnfitCavity));
             }
             let bits_to = |end: u32, side: u8| match on_constraint {
                 Some((ends, bits)) if ends.iter().any(|parted| parted.id == cavity.vertices[end as usize].id) => {
@@ -172,7 +172,7 @@ impl Adding {
         while let Some(ids) = open.pop() {
             let tile = tiles.get(ids[0].tile)?;
             let Some(first) = tile.side_of(ids) else {
-                return Err(tiles.damaged(ids[0].tile, Damage::MissingTriangle));
+                return Err(tiles.damaged(ids[0].tile, Contradiction::MissingTriangle));
             };
             let (corners, bits) = tile.triangle(first);
             let numbers = corners.map(|corner| self.cavity.number(corner).0);
@@ -234,11 +234,11 @@ fn part_sources(tiles: &mut Tiles, ends: [Vertex; 2], vertex: Vertex) -> Result<
     };
     let tile = owner(ends);
     let sources = tiles.change(tile)?.take_sources([a.id, b.id]);
-    let sources = sources.ok_or_else(|| tiles.damaged(tile, Damage::NoSource))?;
+    let sources = sources.ok_or_else(|| tiles.damaged(tile, Contradiction::NoSource))?;
     for part in [[a, vertex], [vertex, b]] {
         let tile = owner(part);
         let put = tiles.change(tile)?.give_sources(part.map(|end| end.id), &sources);
-        put.ok_or_else(|| tiles.damaged(tile, Damage::NoSource))?;
+        put.ok_or_else(|| tiles.damaged(tile, Contradiction::NoSource))?;
     }
     Ok(())
 }

@@ -7,7 +7,7 @@ use crate::edit::tile::EditTile;
 use crate::geometry::{HalfEdge, Point, Rect};
 use crate::mesh::{Topology, Twin};
 use crate::store::format::components::{components, of_core};
-use crate::store::{BorderDraft, Component, CoreDraft, TileEntry, VertexId};
+use crate::store::{BorderDraft, Component, CoreDraft, Extent, TileEntry, VertexId};
 
 /// What a tile is when it is written.
 pub(crate) struct Drafts {
@@ -240,11 +240,11 @@ impl Drafts {
 }
 
 impl Counts {
-    /// The entry of the tile, but for where it lies.
-    pub(crate) fn entry(self, before: &TileEntry, generation: u32) -> TileEntry {
+    /// The entry of the tile, whose core and border were written there.
+    pub(crate) fn entry(self, core: Extent, border: Extent, generation: u32) -> TileEntry {
         TileEntry {
-            core: before.core,
-            border: before.border,
+            core,
+            border,
             generation,
             vertices: self.vertices,
             core_triangles: self.core_triangles,

@@ -2,7 +2,7 @@
 
 use std::iter;
 
-use crate::edit::damage::Damage;
+use crate::edit::contradiction::Contradiction;
 use crate::edit::patch::{Beside, New, Patch, Seat, Seats, Share};
 use crate::edit::tile::{EditTile, GONE, REMOVED, make_room};
 use crate::geometry::HalfEdge;
@@ -21,7 +21,12 @@ impl EditTile {
     ///    ╱  ╲   ╱  ╲    →   ╱    ╱    ╲      what is outside the tile on one side is so marked
     ///   a ──── w ── b      a ════════ b
     /// ```
-    pub(crate) fn replace(&mut self, patch: &Patch, share: &Share, at: &mut Seats) -> Result<Vec<Unlinked>, Damage> {
+    pub(crate) fn replace(
+        &mut self,
+        patch: &Patch,
+        share: &Share,
+        at: &mut Seats,
+    ) -> Result<Vec<Unlinked>, Contradiction> {
         let Share { old, new, .. } = share;
         self.take_out(patch, old, at)?;
         self.put_in(patch, new, at);
@@ -37,19 +42,21 @@ impl EditTile {
     }
 
     /// Takes old triangles out, and notes where they were and what lay across.
-    fn take_out(&mut self, patch: &Patch, old: &[u32], at: &mut Seats) -> Result<(), Damage> {
+    fn take_out(&mut self, patch: &Patch, old: &[u32], at: &mut Seats) -> Result<(), Contradiction> {
         for &number in old {
             let triangle = &patch.old[number as usize];
             let corners = patch.ids(triangle.corners);
             let (tile, found) = triangle.found;
             let found = (tile == self.id && self.is_at(found, corners)).then_some(found);
-            let first = found.or_else(|| self.side_of(corners)).ok_or(Damage::MissingTriangle)?;
+            let first = found
+                .or_else(|| self.side_of(corners))
+                .ok_or(Contradiction::MissingTriangle)?;
             self.bits[first.triangle() as usize] |= REMOVED;
             let twins = [first, first.next(), first.prev()].map(|side| self.twin(side));
             at.old[number as usize] = Some(Seat { first, twins });
         }
         if followed(patch, old, at).any(|(_, twin)| self.bits[twin.triangle() as usize] & REMOVED != 0) {
-            return Err(Damage::UnfitStrip);
+            return Err(Contradiction::UnfitStrip);
         }
         for seat in old.iter().rev().filter_map(|&number| at.old[number as usize].as_ref()) {
             let place = seat.first.triangle();
@@ -146,10 +153,10 @@ impl EditTile {
     }
 
     /// Puts two triangles of the tile side by side: one by its first side, and the one across that has this apex.
-    pub(crate) fn link(&mut self, corners: Unlinked, apex: VertexId) -> Result<(), Damage> {
+    pub(crate) fn link(&mut self, corners: Unlinked, apex: VertexId) -> Result<(), Contradiction> {
         let [from, to, _] = corners;
         let [Some(side), Some(other)] = [corners, [to, from, apex]].map(|corners| self.side_of(corners)) else {
-            return Err(Damage::MissingTriangle);
+            return Err(Contradiction::MissingTriangle);
         };
         self.set_twin(side, Twin::HalfEdge(other));
         self.set_twin(other, Twin::HalfEdge(side));

@@ -4,7 +4,7 @@ use crate::mesh::EndlessWalk;
 
 /// What is wrong with a tile that an edit cannot work with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum Damage {
+pub(crate) enum Contradiction {
     #[error("it has no vertices")]
     NoVertices,
     #[error("vertex {0} has no triangle")]
