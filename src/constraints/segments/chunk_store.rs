@@ -146,7 +146,6 @@ impl ChunkStore {
     }
 
     /// The file, if there is one.
-
     #[cfg(test)]
     pub(crate) fn file(&self) -> Option<&File> {
         self.file.as_ref()

@@ -10,10 +10,10 @@ use std::time::Duration;
 
 use crate::support::{Random, Scratch, batches, build_batches, built, distinct, points_of, reference, runtime};
 use delaunay_tiles::geometry::{Point, Rect};
-use delaunay_tiles::input::PointBatch;
+use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch};
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::query::Location;
-use delaunay_tiles::store::TileReader;
+use delaunay_tiles::store::{LineKind, TileReader};
 use delaunay_tiles::{BuildError, BuildOptions, Builder, Duplicates, MemoryShortage, MemoryUse, Phase, Progress};
 use distributions::Kind;
 use futures::stream::TryStreamExt;
@@ -513,4 +513,34 @@ fn a_full_disk() {
     assert!(mount(&["umount"]));
     assert!(matches!(result, Err(BuildError::Disk { .. })), "{result:?}");
     assert_eq!(left, 0);
+}
+
+#[test]
+fn what_must_precede_points_is_refused_after_them() {
+    let scratch = Scratch::new();
+    runtime().block_on(async {
+        let mut builder = Builder::new(&scratch.path, options(8)).unwrap();
+        for batch in batches(&points_of(Kind::Uniform, 100, 1), &[]) {
+            builder.push(&batch).await.unwrap();
+        }
+        let (a, b) = (Point::new(0.25, 0.5), Point::new(0.75, 0.5));
+        let refused = [
+            ("expect", builder.expect(100, Vec::new())),
+            ("push_segments", builder.push_segments(&[[a, b]])),
+            (
+                "push_lines",
+                builder.push_lines(LineKind::Wall, 0, &SegmentBatch::default()),
+            ),
+            ("push_seeds", builder.push_seeds(&[a])),
+            ("push_sites", builder.push_sites(&SiteBatch::default())),
+        ];
+        for (name, refused) in refused {
+            assert!(
+                matches!(refused, Err(BuildError::Order { call }) if call == name),
+                "{name}: {refused:?}"
+            );
+        }
+        // What was refused changes nothing.
+        assert_eq!(builder.finish().await.unwrap().vertices, 100);
+    });
 }

@@ -96,11 +96,11 @@ impl Input {
 
     async fn build(&self, scratch: &Scratch, options: BuildOptions) -> Result<BuildSummary, BuildError> {
         let mut builder = Builder::new(&scratch.path, options)?;
-        for batch in batches(&self.points, &[]) {
-            builder.push(&batch).await?;
-        }
         for segments in self.segments.chunks(100) {
             builder.push_segments(segments)?;
+        }
+        for batch in batches(&self.points, &[]) {
+            builder.push(&batch).await?;
         }
         builder.finish().await
     }

@@ -121,9 +121,6 @@ fn edges_on_one_line_are_read_by_the_page_alone() {
         let scratch = Scratch::new();
         let bytes = runtime().block_on(async {
             let mut builder = Builder::new(&scratch.path, options(tile_vertices)).unwrap();
-            for batch in batches(&points, &[]) {
-                builder.push(&batch).await.unwrap();
-            }
             builder.push_segments(&[[at(40), at(3)], [at(20), at(30)]]).unwrap();
             let walls = SegmentBatch {
                 ends: vec![[at(7), at(9)]],
@@ -131,6 +128,9 @@ fn edges_on_one_line_are_read_by_the_page_alone() {
                 ..SegmentBatch::default()
             };
             builder.push_lines(LineKind::Wall, 2, &walls).unwrap();
+            for batch in batches(&points, &[]) {
+                builder.push(&batch).await.unwrap();
+            }
             builder.finish().await.unwrap();
             std::fs::read(&scratch.path).unwrap()
         });
@@ -159,10 +159,10 @@ fn constraints_are_read_by_the_page_alone() {
         let scratch = Scratch::new();
         let bytes = runtime().block_on(async {
             let mut builder = Builder::new(&scratch.path, options(tile_vertices)).unwrap();
+            builder.push_segments(&segments).unwrap();
             for batch in batches(&points, &[]) {
                 builder.push(&batch).await.unwrap();
             }
-            builder.push_segments(&segments).unwrap();
             builder.finish().await.unwrap();
             std::fs::read(&scratch.path).unwrap()
         });

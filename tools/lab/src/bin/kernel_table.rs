@@ -126,8 +126,11 @@ fn print_parts(arguments: &Arguments) {
     }
 }
 
+/// What was measured of a kind: its points, and each peer.
+type Table = (Kind, f64, Vec<(Peer, Measured)>);
+
 /// Prints the times, and returns all that was measured.
-fn print_times(arguments: &Arguments, names: &str) -> Vec<(Kind, f64, Vec<(Peer, Measured)>)> {
+fn print_times(arguments: &Arguments, names: &str) -> Vec<Table> {
     let ratios = arguments.peers.len() == Peer::ALL.len();
     let columns = arguments.peers.len() + 1 + 3 * usize::from(ratios);
     let ratio_names = if ratios {
@@ -163,7 +166,7 @@ fn print_times(arguments: &Arguments, names: &str) -> Vec<(Kind, f64, Vec<(Peer,
 }
 
 /// Prints the memory, and who counts other triangles than the first.
-fn print_memory(tables: Vec<(Kind, f64, Vec<(Peer, Measured)>)>, names: &str) {
+fn print_memory(tables: Vec<Table>, names: &str) {
     println!("\nBytes per point at the peak beside the input: work + result\n");
     println!("| |{names}");
     println!("|---|{}", "--:|".repeat(names.matches('|').count()));
