@@ -2,7 +2,7 @@
 //!
 //! M is what the caller allows. Shares of one column are in memory at the same time; their sum is at most M.
 //!
-//! | of a build ([`MemoryPlan`]) | while points come | while blocks are in work | while lines that were put off are inserted |
+//! | of a build (`MemoryPlan`) | while points come | while blocks are in work | while lines that were put off are inserted |
 //! | --- | --- | --- | --- |
 //! | segments on their way, their join | M/4 at most | M/8 at most, what is not in blocks | |
 //! | the check of polygons | M/4 at most, before points come | | |
@@ -16,12 +16,12 @@
 //! | triangles that are held | | an eighth of M for a node, in the place of a tile | |
 //! | the edit | | | M |
 //!
-//! | of the segments' share ([`SpoolShares`]) | |
+//! | of the segments' share (`SpoolShares`) | |
 //! | --- | --- |
 //! | chunks of segments in memory | a half; the rest goes to the disk |
 //! | the join with record numbers | a half, of which an eighth is for what is found, and a half for its chunks |
 //!
-//! | of an edit ([`EditShares`]) | |
+//! | of an edit (`EditShares`) | |
 //! | --- | --- |
 //! | segments, with their ends | `EDIT_SEGMENT_BYTES` each, M/2 at most |
 //! | tiles that are read, put together and written | five of the largest for each thread |
@@ -37,14 +37,15 @@
 //! so that this is little. A caller of the library who must keep to a limit does so too: one arena, and large allocations mapped.
 
 mod edit;
-pub(crate) mod machine;
-pub(crate) mod plan;
-pub(crate) mod segments;
-pub(crate) mod shortage;
+mod machine;
+mod plan;
+mod segments;
+mod shortage;
 
 pub(crate) use edit::EditShares;
 pub use machine::{default_memory, peak_memory};
 pub(crate) use plan::{
     HELD_WORK_BYTES, Load, MemoryPlan, SEAM_BYTES, SEAM_WORK_BYTES, SEGMENT_BYTES, Shares, point_bytes,
 };
+pub(crate) use segments::{JoinShares, SpoolShares};
 pub use shortage::{MemoryShortage, MemoryUse};

@@ -7,7 +7,7 @@ use crate::constraints::polygons::check::InvertedPolygons;
 use crate::constraints::polygons::put_right::PutRight;
 use crate::geometry::Point;
 use crate::input::SiteId;
-use crate::memory::plan::MemoryPlan;
+use crate::memory::MemoryPlan;
 use crate::pipeline::options::BuildOptions;
 use crate::pipeline::records::Description;
 use crate::pipeline::work_folder::WorkFolder;

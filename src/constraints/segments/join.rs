@@ -13,7 +13,7 @@ use crate::constraints::segments::lookup::Lookup;
 use crate::constraints::segments::part::{END_BITS, Part, PartLimits};
 use crate::geometry::Point;
 use crate::input::PointBatch;
-use crate::memory::segments::JoinShares;
+use crate::memory::JoinShares;
 
 /// Ends of a part at least, if memory allows it: so many are sorted, and put in their places, in the processor's cache.
 const FEW_ENDS: u64 = 1 << 16;

@@ -12,7 +12,7 @@ use crate::constraints::segments::join::Join;
 use crate::constraints::without_z::NO_Z;
 use crate::geometry::Point;
 use crate::input::PointBatch;
-use crate::memory::segments::SpoolShares;
+use crate::memory::SpoolShares;
 use crate::store::{EdgeSource, KdTree, LineKind};
 
 /// Segments, first those by their ends and then those between points, each in the order in which they came.

@@ -9,7 +9,7 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use crate::constraints::segments::spool::SegmentSpool;
-use crate::memory::plan::MemoryPlan;
+use crate::memory::MemoryPlan;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::intake::Points;
 use crate::pipeline::options::BuildOptions;

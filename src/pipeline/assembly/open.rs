@@ -10,7 +10,7 @@ use parking_lot::Mutex;
 use crate::constraints::seeds::HoleRules;
 use crate::constraints::segments::blocks::BlockSegments;
 use crate::io::{Buffers, ThreadsFile};
-use crate::memory::plan::Shares;
+use crate::memory::Shares;
 use crate::pipeline::assembly::Assembly;
 use crate::pipeline::assembly::prepare::Parts;
 pub(crate) use crate::pipeline::conquer::conquest::{Conquest, ConquestLimits};

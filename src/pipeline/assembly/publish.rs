@@ -9,7 +9,7 @@ use crate::edit::{EditError, EditSummary, Target, Work, edit};
 use crate::geometry::Rect;
 use crate::input::MissingZ;
 use crate::io::{Backend, ThreadsFile, WriteAt};
-use crate::memory::machine::peak_memory;
+use crate::memory::peak_memory;
 use crate::pipeline::assembly::Assembly;
 use crate::pipeline::assembly::open::InWork;
 use crate::pipeline::assembly::run::Ran;

@@ -7,7 +7,7 @@ use futures::future;
 use tokio::sync::{mpsc, oneshot};
 
 use crate::io::start_thread;
-use crate::memory::plan::Shares;
+use crate::memory::Shares;
 use crate::pipeline::assembly::Assembly;
 use crate::pipeline::assembly::open::InWork;
 use crate::pipeline::conquer::conquest::Conquest;

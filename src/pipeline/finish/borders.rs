@@ -10,7 +10,7 @@ use bytes::Bytes;
 use parking_lot::Mutex;
 
 use crate::io::Buffers;
-pub(crate) use crate::memory::shortage::MemoryUse;
+pub(crate) use crate::memory::MemoryUse;
 use crate::pipeline::conquer::conquest::Conquest;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::finish::border::{Border, TileRegions, assemble};

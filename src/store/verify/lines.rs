@@ -108,7 +108,7 @@ impl TileReader {
     ///
     /// It is proven by sums of hashes of 128 bits: what is wrong could pass by a collision only. That the file has no edge twice and
     /// agrees with itself is for [`verify`](Self::verify) to prove. Of a file whose lines were split where they cross, edges are beside
-    /// their lines: it is to be compared with the pieces that [`LinesToSplit`](crate::pipeline::LinesToSplit) makes of these.
+    /// their lines: it is to be compared with the pieces that [`LinesToSplit`](crate::LinesToSplit) makes of these.
     ///
     /// The segments are looked for in parts, as many at once as fit in the memory that the reader may use, or in 512 MiB; each
     /// part passes over the tiles that it meets. Beside them there is a bit for each source of an edge. Must be awaited within a tokio runtime.
