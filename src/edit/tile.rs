@@ -227,9 +227,6 @@ impl EditTile {
         own
     }
 
-    /// Changes nothing; but whoever borrows a tile from the cache to change it has it written again.
-    pub(crate) fn touch(&mut self) {}
-
     /// The places of its triangles, those whose corners are all its own first.
     pub(crate) fn in_order(&self) -> (Vec<u32>, usize) {
         let own = self.points.len() as u32;

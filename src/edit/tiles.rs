@@ -165,7 +165,8 @@ impl Tiles {
         let changed: Vec<TileId> = changed.map(|tile| TileId(tile as u32)).collect();
         self.disk.labels.get_or_init(|| labels);
         for id in changed {
-            self.change(id)?.touch();
+            // A tile that is borrowed to be changed is written again.
+            let _: &mut EditTile = &mut *self.change(id)?;
         }
         self.runtime.block_on(self.cache.flush(self.disk.desk.threads))?;
         match self.disk.labels.get() {

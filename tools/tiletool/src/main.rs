@@ -13,6 +13,9 @@ static ALLOCATOR: Ending = Ending;
 #[derive(Parser, Debug)]
 #[command(name = "tiletool", version, max_term_width = 110, after_help = EXAMPLES)]
 struct Cli {
+    /// Tell on standard error what is done: -v who gets how much memory, -vv each step
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
     #[command(subcommand)]
     command: Command,
 }
@@ -27,5 +30,8 @@ Example:
 Exit codes: 0 done, 1 failed, 2 wrong usage.";
 
 fn main() -> ExitCode {
-    tiletool::start(|cli: Cli| tiletool::run(cli.command))
+    tiletool::start(|cli: Cli| {
+        tiletool::log(cli.verbose);
+        tiletool::run(cli.command)
+    })
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::fails;
+use crate::support::{fails, tiletool};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -133,4 +133,31 @@ fn too_little_memory_is_said_with_what_it_takes() {
         assert!(error.contains("p.tiles: this takes "), "{args}: {error}");
     }
     assert_eq!(fs::read_dir(folder).unwrap().count(), before.len());
+}
+
+#[test]
+fn who_gets_how_much_memory_is_told_on_request() {
+    let scratch = tempfile::tempdir().unwrap();
+    let folder = scratch.path();
+    json(folder, "generate uniform -n 200000 --seed 1 -o p.f64");
+    let told = |flags: &str, memory: &str| {
+        let args = format!("build p.f64 -o {memory}.tiles --force --threads 1 --memory {memory} {flags}");
+        let output = tiletool(folder, args.trim_end()).output().unwrap();
+        assert!(output.status.success(), "{args}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    for (memory, of_runs) in [("64MiB", "runs 8"), ("256MiB", "runs 32")] {
+        let text = told("-v", memory);
+        let line = text
+            .lines()
+            .find(|line| line.contains("MiB in all"))
+            .unwrap_or_default();
+        assert!(
+            line.contains(&memory.replace("MiB", " MiB in all"))
+                && line.contains(of_runs)
+                && line.contains("1 threads"),
+            "{text}"
+        );
+    }
+    assert!(!told("", "64MiB").contains("MiB in all"));
 }
