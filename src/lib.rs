@@ -7,7 +7,7 @@
 //! into tiles by a k-d tree, and a service reads it by byte range, through a cache.
 //!
 //! ```text
-//!   input            build                                       store                          query
+//!   input            pipeline                                    store                          query
 //!   ┌──────────┐     ┌──────┐   ┌───────┐   ┌─────┐              ┌──────────────────────┐       ┌──────────────┐
 //!   │ LAS text │     │divide│   │conquer│   │merge│   ┌───────┐  │ cores borders        │ cache │ locate, path │
 //!   │ f64 node ├────▶│ k-d  ├──▶│ tiles ├──▶│seams├──▶│borders├─▶│ directory superblock ├──────▶│ triangles_in │
@@ -20,11 +20,8 @@
 //! # Example
 //!
 //! ```
-//! use delaunay_tiles::pipeline::{BuildOptions, Builder};
-//! use delaunay_tiles::geometry::{Point, Rect};
 //! use delaunay_tiles::input::PointBatch;
-//! use delaunay_tiles::query::Location;
-//! use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
+//! use delaunay_tiles::{BuildOptions, Builder, Cache, Location, OpenOptions, Point, Rect, TileReader};
 //! use futures::TryStreamExt;
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -70,6 +67,7 @@
 //!
 //! `spade` (default): a second in-core engine. `text`, `geojson`, `las`: readers. The readers of raw f64 and of Triangle's
 //! `.node` and `.poly` files are always there. `object-store`: tile files on web servers and in S3.
+//! `serde`: answers and summaries serialise. `baselines`: other methods for the same queries, to measure against.
 
 mod collections;
 pub mod constraints;
@@ -90,12 +88,12 @@ pub use constraints::{
     SplitError, SplitLines, VertexWithoutZ, WithoutZ,
 };
 pub use edit::{EditError, EditSummary, Editor};
-pub use export::{ExportError, ExportOptions, Format};
+pub use export::{ExportError, ExportOptions};
 pub use geometry::{Point, Rect};
 pub use memory::{MemoryShortage, MemoryUse, default_memory, peak_memory};
 pub use pipeline::{
     BuildError, BuildOptions, BuildSummary, Builder, Crossings, Description, Duplicates, LevelSummary, Phase,
     PhaseSummary, Progress, Steiner, UnknownDuplicates, Waits,
 };
-pub use query::{Location, QueryError, QueryOptions};
+pub use query::{Distance, Location, Mode, Near, Path, PathOutcome, QueryError, QueryOptions, SiteFound, TriangleRef};
 pub use store::{Cache, OpenOptions, ReadError, TileReader, VerifyError};
