@@ -8,9 +8,10 @@
 //! valid coordinates ([`Point::is_valid`]) reach from 2⁻³⁸⁸ to 2⁴⁰⁰, so nothing overflows or underflows, and
 //! an expansion has a few terms, in the worst case some hundreds.
 
-use super::Point;
-use super::expansion::{two_product, two_sum};
 use std::cmp::Ordering;
+
+use crate::geometry::expansion::{two_product, two_sum};
+use crate::geometry::point::Point;
 
 /// The sign of the area that a ring of valid points encloses: greater if it is counter-clockwise, equal if there is none.
 #[must_use]
@@ -63,8 +64,8 @@ impl Sum {
 
 #[cfg(test)]
 mod tests {
-    use super::super::oracle::Exact;
     use super::*;
+    use crate::geometry::oracle::Exact;
     use proptest::collection::vec;
     use proptest::prelude::*;
 

@@ -30,12 +30,12 @@
 //! So if x̂ + n̂ + 16 ε (s + n̂) < ĝ (d̂ - 16 ε t) as computed, then x + n < g d.
 //!
 //! Underflow: coordinates being within the limits of [`Point::is_valid`], differences are multiples of 2⁻¹⁹⁴ (see
-//! [`predicates`](super::predicates)), so products of two are multiples of 2⁻³⁸⁸ and of three of 2⁻⁵⁸², n is at least
+//! [`predicates`](crate::geometry::predicates)), so products of two are multiples of 2⁻³⁸⁸ and of three of 2⁻⁵⁸², n is at least
 //! 2⁻⁵⁸² if it is not zero, and the slack at least 2⁻⁶³²; none is near 2⁻¹⁰²². The product with ĝ may underflow, as the
 //! sides of the cell are arbitrary, but not if it is greater than the slack. Overflow: x, y and n are below 2⁶⁰⁷, n² is
 //! never formed, and an infinite ĝ ends in a comparison that is true if the left side is finite, which is intended.
 
-use super::{Point, Rect};
+use crate::geometry::point::{Point, Rect};
 
 /// 16 ε, the bound derived above.
 const SLACK: f64 = 8.0 * f64::EPSILON;

@@ -13,7 +13,7 @@
 //!      c
 //! ```
 //!
-//! Numerators and denominator are [expansions](super::expansion), so they have no rounding error. Their rounded quotient is
+//! Numerators and denominator are [expansions](crate::geometry::expansion), so they have no rounding error. Their rounded quotient is
 //! off by a few units in the last place at most; from there exact signs of `numerator - middle · denominator` lead to the
 //! nearest number, where `middle` lies halfway to a neighbour.
 //!
@@ -29,15 +29,15 @@
 //!
 //! # Why nothing overflows or underflows
 //!
-//! As in [`predicates`](super::predicates): coordinates are multiples of 2⁻¹⁹⁴ up to 2²⁰⁰, determinants multiples of 2⁻³⁸⁸ up
+//! As in [`predicates`](crate::geometry::predicates): coordinates are multiples of 2⁻¹⁹⁴ up to 2²⁰⁰, determinants multiples of 2⁻³⁸⁸ up
 //! to 2⁴⁰³, numerators multiples of 2⁻⁵⁸² up to 2⁶⁰⁴. Half the distance of two neighbouring numbers is at least 2⁻¹⁹⁶, and a
 //! power of two, so its product with the denominator is a multiple of 2⁻⁵⁸⁴.
 
 use std::cmp::Ordering;
 
-use super::expansion::Expansion;
-use super::predicates::orientation_determinant;
-use super::{Orientation, Point, Rect, orient2d};
+use crate::geometry::expansion::Expansion;
+use crate::geometry::point::{Point, Rect};
+use crate::geometry::predicates::{Orientation, orient2d, orientation_determinant};
 
 /// Whether the segments ab and cd cross: they meet in exactly one point, which is an end of neither.
 ///

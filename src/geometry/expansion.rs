@@ -6,7 +6,7 @@
 //! Predicates", Discrete & Computational Geometry 18 (1997). Departures: terms that are zero are always dropped, and
 //! an expansion is a value on the stack whose capacity is checked when the program is compiled.
 //!
-//! Exact as long as nothing overflows or underflows; [`predicates`](super::predicates) shows that for its use.
+//! Exact as long as nothing overflows or underflows; [`predicates`](crate::geometry::predicates) shows that for its use.
 
 use std::cmp::Ordering;
 
@@ -198,8 +198,8 @@ impl<const N: usize> Expansion<N> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::oracle::Exact;
     use super::*;
+    use crate::geometry::oracle::Exact;
     use proptest::prelude::*;
 
     fn value<const N: usize>(e: &Expansion<N>) -> Exact {

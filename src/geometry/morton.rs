@@ -2,7 +2,7 @@
 //!
 //! Source: Morton, "A computer oriented geodetic data base and a new technique in file sequencing" (1966).
 
-use super::{Point, Rect};
+use crate::geometry::point::{Point, Rect};
 
 /// A square around points, cut 2³² times along either axis.
 #[derive(Clone, Copy, Debug)]

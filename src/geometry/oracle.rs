@@ -1,9 +1,11 @@
 //! Exact arithmetic that is slow and obvious: what the tests of this module compare with.
 
-use super::{Point, Rect};
-use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
 use std::ops::{Add, Mul, Sub};
+
+use num_bigint::{BigInt, Sign};
+
+use crate::geometry::point::{Point, Rect};
 
 /// An integer times a power of two: every finite `f64` is one, and so are sums and products of them.
 #[derive(Clone, Debug)]

@@ -8,7 +8,7 @@
 //!    Robust Geometric Predicates", Discrete & Computational Geometry 18, 1997: the bounds called A);
 //! 2. integers, where one power of two makes *all* the coordinates integers of at most 61 bits, which is verified bit
 //!    for bit: grids, lidar, anything whose coordinates have similar magnitudes. Ties are decided here, at little cost;
-//! 3. [expansions](super::expansion) with the rounding errors of the differences: for everything else.
+//! 3. [expansions](crate::geometry::expansion) with the rounding errors of the differences: for everything else.
 //!
 //! Departures from the paper: its stages B and C make way for integers; and `incircle` is not expanded along the column
 //! of squares but written by the angles at `b` and at `d` over the chord `ac`,
@@ -40,9 +40,10 @@
 //!
 //! Outside these limits nothing is promised but that the functions return.
 
-use super::Point;
-use super::expansion::Expansion;
 use std::cmp::Ordering;
+
+use crate::geometry::expansion::Expansion;
+use crate::geometry::point::Point;
 
 /// Half a unit in the last place of 1, the largest relative error of one rounded operation: 2⁻⁵³.
 const HALF_ULP: f64 = f64::EPSILON / 2.0;

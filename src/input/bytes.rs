@@ -3,11 +3,13 @@
 //! In: a file or a stream. Out: [`ByteInput`], which the formats that need no seeking read.
 //! gzip is undone here (all members of the file), so that no format has to know of it.
 
-use super::watch::Watched;
-use super::{InputError, Reading};
-use std::io::{self, Read};
+use std::io;
+use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
+
+use crate::input::error::InputError;
+use crate::input::watch::{Reading, Watched};
 
 /// The size of a read buffer, and of a read.
 pub const BUFFER: usize = 256 << 10;

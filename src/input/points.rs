@@ -3,21 +3,22 @@
 //! In: coordinates with their place in the file, or the news that a record is none. Out: a [`PointBatch`] and
 //! [`InputCounts`]. Being the one way in, it upholds what the batch promises: valid, normalized, z for all or none.
 
-use super::flaw::Flaw;
-use super::reader::{Batch, Sink, Totals};
-use super::spot::Spot;
-use super::{InputError, InputOptions, MissingZ, Place, RecordKind};
 use crate::geometry::Point;
+use crate::input::error::{InputError, Place, RecordKind};
+use crate::input::flaw::Flaw;
+use crate::input::options::{InputOptions, MissingZ};
+use crate::input::reader::{Batch, Sink, Totals};
+use crate::input::spot::Spot;
 use crate::shown;
 use std::path::Path;
 
-/// A batch of points in input order: what a [`PointSource`](super::PointSource) gives, and a
+/// A batch of points in input order: what a [`PointSource`](crate::input::source::points::PointSource) gives, and a
 /// [`Builder`](crate::Builder) takes.
 #[derive(Clone, Debug, Default)]
 pub struct PointBatch {
     /// The points: valid and normalized.
     pub points: Vec<Point>,
-    /// Their elevations: finite. Empty if the source has none ([`has_z`](super::PointSource::has_z)), else as long as `points`.
+    /// Their elevations: finite. Empty if the source has none ([`has_z`](crate::input::source::points::PointSource::has_z)), else as long as `points`.
     pub z: Vec<f64>,
     /// Their record numbers, ascending; as long as `points`.
     pub records: Vec<u64>,
@@ -44,7 +45,7 @@ impl PointBatch {
     }
 }
 
-/// What a [`PointSource`](super::PointSource) has read so far. `records` = `points` + `withheld` + `filtered` + `invalid`.
+/// What a [`PointSource`](crate::input::source::points::PointSource) has read so far. `records` = `points` + `withheld` + `filtered` + `invalid`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct InputCounts {

@@ -3,9 +3,9 @@
 //! A [`Reader`] has one file, whose records it puts into a [`Sink`]; that numbers and checks them, and fills a [`Batch`].
 //! What the sink takes depends on the kind, and stands in the file of the kind: `points`, `lines`, `sites`.
 
-use super::flaw::Flaw;
-use super::sample::RandomAccess;
-use super::{InputError, Place, RecordKind};
+use crate::input::error::{InputError, Place, RecordKind};
+use crate::input::flaw::Flaw;
+use crate::input::sample::RandomAccess;
 use std::path::Path;
 
 /// Records in a full batch.

@@ -5,11 +5,12 @@
 //! neighbours, at a place in it that a hash of its number tells: evenly spaced places would beat with the rows of a grid
 //! or the lines of a scanner. No random numbers: the same inputs give the same sample.
 
-use super::InputError;
-use super::watch::open_file;
 use crate::geometry::Point;
+use crate::input::error::InputError;
+use crate::input::watch::open_file;
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io;
+use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;

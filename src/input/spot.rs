@@ -1,7 +1,7 @@
 //! Where a point, an end of a segment or a site lies: what every format checks of coordinates.
 
-use super::flaw::Flaw;
 use crate::geometry::Point;
+use crate::input::flaw::Flaw;
 
 /// A place: valid and normalized.
 #[derive(Clone, Copy)]

@@ -9,15 +9,16 @@
 //! before or behind its length, or if a path that is opened again names another file. Streams have
 //! no length, so nothing is compared.
 
-use super::InputError;
+use crate::input::error::InputError;
 use std::fs::{File, Metadata};
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io;
+use std::io::{Read, Seek, SeekFrom};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-/// What tells a file from others, and from itself before a change. [`Source::stamps`](super::Source::stamps) gives those of
+/// What tells a file from others, and from itself before a change. [`Source::stamps`](crate::input::source::stream::Source::stamps) gives those of
 /// a source.
 ///
 /// ```

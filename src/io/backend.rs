@@ -1,16 +1,16 @@
 //! Which backend files on disk are read by: chosen by name, by the environment, or by what the system allows.
 
-use std::fmt;
-use std::io;
 use std::ops::Range;
 use std::path::Path;
 use std::str::FromStr;
 use std::sync::{Arc, Once};
+use std::{fmt, io};
 
 use bytes::Bytes;
 use futures::future::BoxFuture;
 
-use super::{ReadAt, ThreadsFile};
+use crate::io::file::ReadAt;
+use crate::io::threads::ThreadsFile;
 
 /// The environment variable that names the backend where the program does not.
 pub const BACKEND_VARIABLE: &str = "DELAUNAY_TILES_IO";
@@ -98,8 +98,8 @@ pub fn open(path: &Path, backend: Backend) -> io::Result<Arc<dyn ReadAt>> {
 /// The outer error is that of the ring, the inner one that of the file.
 #[cfg(target_os = "linux")]
 fn open_on_ring(path: &Path) -> io::Result<io::Result<Arc<dyn ReadAt>>> {
-    let ring = super::uring::Ring::shared()?;
-    Ok(super::UringFile::open_on(ring, path).map(|file| Arc::new(file) as Arc<dyn ReadAt>))
+    let ring = crate::io::uring::ring::Ring::shared()?;
+    Ok(crate::io::uring::UringFile::open_on(ring, path).map(|file| Arc::new(file) as Arc<dyn ReadAt>))
 }
 
 #[cfg(not(target_os = "linux"))]

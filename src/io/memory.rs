@@ -8,7 +8,7 @@ use bytes::Bytes;
 use futures::future::{BoxFuture, FutureExt, ready};
 use parking_lot::RwLock;
 
-use super::{ReadAt, WriteAt, end_of, length_of};
+use crate::io::file::{ReadAt, WriteAt, end_of, length_of};
 
 /// Bytes in memory. Clones share them.
 #[derive(Clone, Debug, Default)]

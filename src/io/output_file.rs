@@ -4,14 +4,15 @@
 //! next one that writes the same output takes it over.
 
 use std::ffi::OsString;
-use std::fs::{self, File, TryLockError};
-use std::io::{self, ErrorKind};
+use std::fs::{File, TryLockError};
+use std::io::ErrorKind;
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use rustix::fs::OFlags;
 
-use super::regular::require_regular;
+use crate::io::regular::require_regular;
 
 /// The most symbolic links that are followed, as many as Linux follows.
 const MOST_LINKS: usize = 40;

@@ -12,7 +12,7 @@ use futures::future::{BoxFuture, FutureExt};
 use parking_lot::{Condvar, Mutex, MutexGuard};
 use tokio::sync::oneshot;
 
-use super::start_thread;
+use crate::io::start::start_thread;
 
 /// Reads and writes. Enough threads for the queue of one disk, few enough to cost nothing while idle.
 static IO: Pool = Pool::new("tile-io", 8);

@@ -10,8 +10,10 @@ use std::sync::Arc;
 use bytes::Bytes;
 use futures::future::BoxFuture;
 
-use super::buffers::Buffers;
-use super::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, end_of, length_of, open_regular, pool};
+use crate::io::buffers::Buffers;
+use crate::io::file::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, end_of, length_of};
+use crate::io::pool;
+use crate::io::regular::open_regular;
 
 /// A file on disk. Clones share it.
 #[derive(Clone, Debug)]

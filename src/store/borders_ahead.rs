@@ -8,8 +8,9 @@ use std::sync::Arc;
 use bytes::Bytes;
 use futures::future::{BoxFuture, FutureExt, Shared};
 
-use super::{Directory, TileId};
 use crate::io::ReadAt;
+use crate::store::format::directory::Directory;
+use crate::store::format::ids::TileId;
 
 /// Bytes of borders that are read at once, at most.
 const MOST: u64 = 512 << 10;

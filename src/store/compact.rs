@@ -7,11 +7,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bytes::Bytes;
-use futures::stream::{self, StreamExt, TryStreamExt};
+use futures::stream;
+use futures::stream::{StreamExt, TryStreamExt};
 
-use super::{Extent, ReadError, TileEntry, TileId, TileReader, TileWriter};
 use crate::io::{OutputFile, ThreadsFile};
 use crate::shown;
+use crate::store::error::ReadError;
+use crate::store::format::directory::{Extent, TileEntry};
+use crate::store::format::ids::TileId;
+use crate::store::reader::TileReader;
+use crate::store::writer::TileWriter;
 
 /// Extents that are read at a time.
 const AHEAD: usize = 2;

@@ -10,8 +10,11 @@ use std::ops::AddAssign;
 use futures::stream::TryStreamExt;
 use xxhash_rust::xxh3::xxh3_128;
 
-use super::{Needs, ReadError, Tile, TileReader};
 use crate::geometry::Point;
+use crate::store::error::ReadError;
+use crate::store::format::tile::Tile;
+use crate::store::pass::Needs;
+use crate::store::reader::TileReader;
 
 /// A number of things, and the sum of their hashes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

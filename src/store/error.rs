@@ -3,7 +3,7 @@
 use std::io;
 use std::sync::Arc;
 
-use super::format::ids::TileId;
+use crate::store::format::ids::TileId;
 
 /// Why a tile file could not be read.
 #[derive(Clone, Debug, thiserror::Error)]

@@ -33,7 +33,7 @@ pub(crate) use format::superblock::BLOCK;
 pub use format::superblock::{FORMAT_VERSION, FileId};
 pub(crate) use format::tile::{Component, Marks, Noted, NotedSide, NotedSides};
 pub use format::tile::{Site, Tile, TileEdge, Vertex};
-pub(crate) use pass::{Needs, Plan, TileInPass, Workspaces, by_tile, for_tiles, joined, list_for, spawn};
+pub(crate) use pass::{Needs, Plan, TileInPass, by_tile, joined, list_for, spawn};
 pub use reader::{OpenOptions, TileReader};
 pub use verify::{LineBatch, VerifyError, VerifyReport};
 pub(crate) use writer::TileWriter;

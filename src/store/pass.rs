@@ -9,13 +9,18 @@ use std::sync::Arc;
 use std::thread::available_parallelism;
 
 use futures::future::TryFutureExt;
-use futures::stream::{self, Stream, StreamExt};
+use futures::stream;
+use futures::stream::{Stream, StreamExt};
 use parking_lot::Mutex;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::task::JoinHandle;
 
-use super::{Directory, ReadError, Tile, TileEntry, TileId, TileReader};
 use crate::io::{blocking, memory_of};
+use crate::store::error::ReadError;
+use crate::store::format::directory::{Directory, TileEntry};
+use crate::store::format::ids::TileId;
+use crate::store::format::tile::Tile;
+use crate::store::reader::TileReader;
 
 /// Bytes of tiles that are read ahead, if the memory allows.
 const READ_AHEAD: u64 = 64 << 20;
@@ -193,7 +198,7 @@ impl TileReader {
     /// All tiles in order, read ahead of their consumer. What is not in the cache stays out of it, so that a scan does not
     /// flush what queries keep hot. Must be polled within a tokio runtime.
     ///
-    /// If the reader [may use](super::OpenOptions::memory) less memory than the largest tile takes, all that comes is an
+    /// If the reader [may use](crate::store::reader::OpenOptions::memory) less memory than the largest tile takes, all that comes is an
     /// error.
     pub fn tiles(&self) -> impl Stream<Item = Result<Arc<Tile>, ReadError>> + Send + Unpin + 'static {
         match self.plan(Needs::default()) {
@@ -310,7 +315,7 @@ pub(crate) async fn joined<T>(task: JoinHandle<T>) -> Result<T, ReadError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::Extent;
+    use crate::store::format::directory::Extent;
 
     const MEBIBYTE: u64 = 1 << 20;
 

@@ -7,14 +7,16 @@ use std::sync::Arc;
 use bytes::Bytes;
 use futures::future;
 
-use super::borders_ahead::{BorderAhead, BordersAhead};
-use super::cache::TileKey;
-use super::error::ReadError;
-use super::format::damage::Damage;
-use super::format::superblock::{FIRST_EXTENT, InForce, Superblock};
-use super::{Cache, Directory, Extent, FileId, PinnedTile, Tile, TileEntry, TileId};
-use crate::io::{self as files, Backend, ReadAt};
-use crate::shown;
+use crate::io::{Backend, ReadAt};
+use crate::store::borders_ahead::{BorderAhead, BordersAhead};
+use crate::store::cache::{Cache, PinnedTile, TileKey};
+use crate::store::error::ReadError;
+use crate::store::format::damage::Damage;
+use crate::store::format::directory::{Directory, Extent, TileEntry};
+use crate::store::format::ids::TileId;
+use crate::store::format::superblock::{FIRST_EXTENT, FileId, InForce, Superblock};
+use crate::store::format::tile::Tile;
+use crate::{io as files, shown};
 
 /// Bytes of the cache that a reader makes for itself, if it may use eight times as much memory.
 const DEFAULT_CACHE: u64 = 64 << 20;

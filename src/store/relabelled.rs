@@ -8,8 +8,8 @@ use crate::mesh::{Topology, Twin};
 use crate::store::format::directory::{Directory, TileEntry};
 use crate::store::format::encode::{BorderDraft, CoreDraft};
 use crate::store::format::metadata::Metadata;
-use crate::store::format::tile::Component;
 use crate::store::format::tile::Tile;
+use crate::store::format::tile::regions::Component;
 use crate::store::reader::{OpenOptions, TileReader};
 use crate::store::writer::TileWriter;
 

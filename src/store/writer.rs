@@ -4,10 +4,11 @@ use std::io;
 
 use bytes::{Bytes, BytesMut};
 
-use super::Directory;
-use super::format::directory::Extent;
-use super::format::superblock::{BLOCK, FIRST_EXTENT, FileId, InForce, MAX_DIRECTORY, MAX_FLATBUFFER, Superblock};
 use crate::io::WriteAt;
+use crate::store::format::directory::{Directory, Extent};
+use crate::store::format::superblock::{
+    BLOCK, FIRST_EXTENT, FileId, InForce, MAX_DIRECTORY, MAX_FLATBUFFER, Superblock,
+};
 
 /// Bytes gathered before they are written.
 const CHUNK: usize = 4 << 20;

@@ -1,7 +1,9 @@
-use super::super::{Orientation, oracle, orient2d};
-use super::*;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
+
+use crate::geometry::circumdisc::*;
+use crate::geometry::oracle;
+use crate::geometry::predicates::{Orientation, orient2d};
 
 /// The corners in counter-clockwise order, or nothing if they are collinear.
 fn counter_clockwise([a, b, c]: [Point; 3]) -> Option<[Point; 3]> {

@@ -1,6 +1,8 @@
-use super::super::oracle::{self, Exact};
-use super::*;
 use proptest::prelude::*;
+
+use crate::geometry::crossing::*;
+use crate::geometry::oracle;
+use crate::geometry::oracle::Exact;
 
 /// The exact crossing of two lines by the textbook's determinants: numerators of x and y, and the denominator.
 fn exact_crossing([a, b]: [Point; 2], [c, d]: [Point; 2]) -> ([Exact; 2], Exact) {

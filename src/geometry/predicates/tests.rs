@@ -1,8 +1,10 @@
-use super::super::oracle;
-use super::*;
-use proptest::prelude::*;
 use std::fs;
 use std::path::Path;
+
+use proptest::prelude::*;
+
+use crate::geometry::oracle;
+use crate::geometry::predicates::*;
 
 /// The lines `index coordinates… sign` of a file of the `robust` crate, whose signs are ours.
 fn third_party_cases(name: &str, points: usize) -> Vec<(Vec<Point>, Ordering)> {

@@ -7,11 +7,12 @@
 //! Source: <https://www.cs.cmu.edu/~quake/triangle.node.html>. The number of points is believed by nobody: the rows
 //! are counted. A `.poly` file begins in the same way and goes on behind the points, where `poly` reads it.
 
-use super::text_lines::{Lines, number};
 use crate::input::bytes::ByteInput;
+use crate::input::error::{InputError, Place};
 use crate::input::flaw::Flaw;
+use crate::input::formats::text_lines::{Lines, number};
+use crate::input::points::PointBatch;
 use crate::input::reader::{Reader, Sink};
-use crate::input::{InputError, Place, PointBatch};
 use crate::shown;
 
 const HINT: &str = "the first line is: number of points, dimension (2 or 3), attributes, markers (0 or 1)";

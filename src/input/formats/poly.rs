@@ -18,9 +18,9 @@
 //! holes are anything. Source: <https://www.cs.cmu.edu/~quake/triangle.poly.html>. No count is believed: rows are
 //! counted, and none may be left over.
 
-use super::node::{fields, whole_number};
-use super::text_lines::Lines;
-use crate::input::{InputError, Place};
+use crate::input::error::{InputError, Place};
+use crate::input::formats::node::{fields, whole_number};
+use crate::input::formats::text_lines::Lines;
 use crate::shown;
 use std::io;
 use std::path::{Path, PathBuf};

@@ -4,7 +4,7 @@
 //! the format may add further lines to a row, as quoted fields need it. A row has [`LONGEST`] bytes at most.
 
 use crate::input::bytes::{BUFFER, ByteInput};
-use crate::input::{InputError, Place};
+use crate::input::error::{InputError, Place};
 use crate::shown::excerpt;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;

@@ -6,15 +6,17 @@
 //! **Memory**: a batch, and of GeoJSON the vertices of one geometry, since only its end tells for sure what it is, or of
 //! obstacles those of one ring.
 
-use super::stream::{Records, Source};
 use crate::input::bytes::ByteInput;
+use crate::input::error::{InputError, RecordKind};
 #[cfg(feature = "geojson")]
 use crate::input::formats::geojson;
-use crate::input::formats::raw::Pairs;
+use crate::input::formats::raw::pairs::Pairs;
 #[cfg(feature = "text")]
 use crate::input::formats::text;
+use crate::input::lines::SegmentBatch;
+use crate::input::options::Format;
 use crate::input::reader::Started;
-use crate::input::{Format, InputError, RecordKind, SegmentBatch};
+use crate::input::source::stream::{Records, Source};
 use crate::shown;
 use std::fmt;
 use std::path::{Path, PathBuf};

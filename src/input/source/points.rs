@@ -1,8 +1,8 @@
 //! Points from files and streams: which reader there is for each format, and what a source of points tells besides.
 
-use super::stream::{Input, Opened, Records, Source, start_stream};
 use crate::geometry::Point;
 use crate::input::bytes::ByteInput;
+use crate::input::error::{InputError, RecordKind};
 #[cfg(feature = "geojson")]
 use crate::input::formats::geojson;
 #[cfg(feature = "las")]
@@ -12,10 +12,12 @@ use crate::input::formats::poly::{no_points, open_node_beside};
 use crate::input::formats::raw;
 #[cfg(feature = "text")]
 use crate::input::formats::text;
+use crate::input::options::{Format, InputOptions};
+use crate::input::points::{InputCounts, PointBatch};
 use crate::input::reader::Started;
 use crate::input::sample::sample;
+use crate::input::source::stream::{Input, Opened, Records, Source, start_stream};
 use crate::input::watch::Watched;
-use crate::input::{Format, InputCounts, InputError, InputOptions, PointBatch, RecordKind};
 use std::fmt::Write;
 use std::fs::File;
 use std::io::Read;

@@ -1,18 +1,19 @@
 //! The segments and the hole points of Triangle's `.poly` files.
 //!
-//! In: the path of a file that [`PointSource`](super::PointSource) reads the points of. Out: [`SegmentBatch`]es of segments
+//! In: the path of a file that [`PointSource`](crate::input::source::points::PointSource) reads the points of. Out: [`SegmentBatch`]es of segments
 //! by record numbers, then the hole points. The file is read twice, so it cannot be a pipe.
 
 use crate::geometry::Point;
 use crate::input::bytes::ByteInput;
+use crate::input::error::{InputError, Place, RecordKind};
 use crate::input::flaw::Flaw;
 use crate::input::formats::node::{Vertices, fields, whole_number};
 use crate::input::formats::poly::{Section, open_node_beside};
 use crate::input::formats::text_lines::{Lines, number};
+use crate::input::lines::SegmentBatch;
 use crate::input::reader::FULL;
 use crate::input::spot::Spot;
-use crate::input::watch::{Watch, Watched, note};
-use crate::input::{FileStamp, InputError, Place, Reading, RecordKind, SegmentBatch};
+use crate::input::watch::{FileStamp, Reading, Watch, Watched, note};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,7 +21,7 @@ use std::sync::Arc;
 /// The segments and the hole points of one `.poly` file.
 ///
 /// **Record numbers** count the points of this file (or of the `.node` file beside it) from 0, as a
-/// [`PointSource`](super::PointSource) that has no other input does. Where it has others before this one, their
+/// [`PointSource`](crate::input::source::points::PointSource) that has no other input does. Where it has others before this one, their
 /// records are to be added. Segments are numbered from 0 in this file.
 ///
 /// ```

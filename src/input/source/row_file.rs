@@ -1,9 +1,9 @@
 //! Rows of a text file, for callers whose rows are no points: what a program is asked, say.
 
 use crate::input::bytes::ByteInput;
+use crate::input::error::InputError;
 use crate::input::formats::text_lines::Lines;
-use crate::input::watch::{Watch, Watched};
-use crate::input::{InputError, Reading};
+use crate::input::watch::{Reading, Watch, Watched};
 use std::fmt;
 use std::path::Path;
 use std::sync::Arc;

@@ -4,14 +4,16 @@
 //!
 //! **Memory**: a batch, and one row of text or one feature's positions, since the id may come behind them.
 
-use super::stream::{Records, Source};
 use crate::input::bytes::ByteInput;
+use crate::input::error::{InputError, RecordKind};
 #[cfg(feature = "geojson")]
 use crate::input::formats::geojson;
 #[cfg(feature = "text")]
 use crate::input::formats::text;
+use crate::input::options::Format;
 use crate::input::reader::Started;
-use crate::input::{Format, InputError, RecordKind, SiteBatch};
+use crate::input::sites::SiteBatch;
+use crate::input::source::stream::{Records, Source};
 use std::path::{Path, PathBuf};
 
 /// A blocking stream of the sites of several files.

@@ -5,10 +5,10 @@
 //! that are left. A failure ends the stream.
 
 use crate::input::bytes::ByteInput;
+use crate::input::error::{InputError, RecordKind};
 use crate::input::reader::{Batch, Reader, Sink, Started, Totals};
 use crate::input::sample::RandomAccess;
-use crate::input::watch::{Watch, Watched, note};
-use crate::input::{FileStamp, InputError, Reading, RecordKind};
+use crate::input::watch::{FileStamp, Reading, Watch, Watched, note};
 use std::collections::VecDeque;
 use std::fmt;
 use std::fs::File;
@@ -102,8 +102,8 @@ impl<B: Records> Input<B> {
     }
 }
 
-/// A blocking stream of the records of several files: [`PointSource`](super::super::PointSource),
-/// [`SegmentSource`](super::super::SegmentSource) and [`SiteSource`](super::super::SiteSource) tell what they read.
+/// A blocking stream of the records of several files: [`PointSource`](crate::input::source::points::PointSource),
+/// [`SegmentSource`](crate::input::source::lines::SegmentSource) and [`SiteSource`](crate::input::source::sites::SiteSource) tell what they read.
 pub struct Source<B: Records> {
     /// The inputs that are left.
     inputs: VecDeque<Input<B>>,

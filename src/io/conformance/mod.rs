@@ -10,7 +10,9 @@ use std::path::PathBuf;
 
 use tempfile::TempDir;
 
-use super::{MemoryFile, ReadAt, ThreadsFile, WriteAt};
+use crate::io::file::{ReadAt, WriteAt};
+use crate::io::memory::MemoryFile;
+use crate::io::threads::ThreadsFile;
 
 /// A backend under test, and a folder for its files.
 trait Subject: Default {
@@ -114,10 +116,10 @@ struct Uring(Folder);
 
 #[cfg(target_os = "linux")]
 impl Subject for Uring {
-    type File = super::UringFile;
+    type File = crate::io::uring::UringFile;
 
-    fn holding(&self, bytes: &[u8]) -> super::UringFile {
-        super::UringFile::open(&self.0.with(bytes)).unwrap()
+    fn holding(&self, bytes: &[u8]) -> crate::io::uring::UringFile {
+        crate::io::uring::UringFile::open(&self.0.with(bytes)).unwrap()
     }
 
     fn path(&self) -> Option<PathBuf> {
@@ -127,8 +129,8 @@ impl Subject for Uring {
 
 #[cfg(target_os = "linux")]
 impl Writing for Uring {
-    fn create(&self) -> super::UringFile {
-        super::UringFile::create(&self.0.file()).unwrap()
+    fn create(&self) -> crate::io::uring::UringFile {
+        crate::io::uring::UringFile::create(&self.0.file()).unwrap()
     }
 }
 
@@ -139,9 +141,9 @@ struct Object;
 
 #[cfg(feature = "object-store")]
 impl Subject for Object {
-    type File = super::ObjectFile;
+    type File = crate::io::object::ObjectFile;
 
-    fn holding(&self, bytes: &[u8]) -> super::ObjectFile {
+    fn holding(&self, bytes: &[u8]) -> crate::io::object::ObjectFile {
         use std::sync::Arc;
 
         use object_store::memory::InMemory;
@@ -149,7 +151,7 @@ impl Subject for Object {
 
         let store: Arc<dyn ObjectStore> = Arc::new(InMemory::new());
         wait(store.put(&"file".into(), bytes.to_vec().into())).unwrap();
-        wait(super::ObjectFile::open_in(store, "file")).unwrap()
+        wait(crate::io::object::ObjectFile::open_in(store, "file")).unwrap()
     }
 }
 
@@ -218,7 +220,7 @@ mod threads {
 #[cfg(target_os = "linux")]
 mod uring {
     use super::*;
-    use crate::io::uring::Ring;
+    use crate::io::uring::ring::Ring;
 
     reading!(Uring, if Ring::shared().is_ok());
     writing!(Uring, if Ring::shared().is_ok());

@@ -2,8 +2,8 @@
 
 use std::io::ErrorKind;
 
-use super::{Subject, pattern, wait};
-use crate::io::ReadAt;
+use crate::io::conformance::{Subject, pattern, wait};
+use crate::io::file::ReadAt;
 
 /// The range as the file has it, compared with what it was made of.
 fn check(file: &impl ReadAt, bytes: &[u8], from: usize, to: usize) {

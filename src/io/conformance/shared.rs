@@ -5,8 +5,8 @@ use std::fs;
 use futures::future::{FutureExt, try_join_all};
 use tokio::runtime::Builder;
 
-use super::{Subject, pattern, wait};
-use crate::io::ReadAt;
+use crate::io::conformance::{Subject, pattern, wait};
+use crate::io::file::ReadAt;
 
 pub(super) fn thousands_of_reads_at_once(subject: &impl Subject) {
     let bytes = pattern(1 << 20);

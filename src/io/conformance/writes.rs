@@ -3,8 +3,8 @@
 use bytes::Bytes;
 use futures::future::{FutureExt, try_join_all};
 
-use super::{Writing, pattern, wait};
-use crate::io::{ReadAt, WriteAt};
+use crate::io::conformance::{Writing, pattern, wait};
+use crate::io::file::{ReadAt, WriteAt};
 
 pub(super) fn files_grow_as_they_are_written(subject: &impl Writing) {
     let file = subject.create();

@@ -8,11 +8,10 @@
 mod guard;
 mod place;
 
-use std::fmt;
-use std::io;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
+use std::{fmt, io};
 
 use bytes::Bytes;
 use futures::StreamExt;
@@ -23,7 +22,8 @@ use object_store::{
 };
 use tokio::runtime::{Builder, Handle};
 
-use super::{ReadAt, length_of, start_thread};
+use crate::io::file::{ReadAt, length_of};
+use crate::io::start::start_thread;
 use crate::shown;
 
 /// Bytes that are asked for when a file is opened: its superblocks.

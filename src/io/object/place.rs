@@ -9,7 +9,7 @@ use object_store::http::HttpBuilder;
 use object_store::path::Path;
 use object_store::{BackoffConfig, ClientOptions, ObjectStore, RetryConfig};
 
-use super::guard::Guard;
+use crate::io::object::guard::Guard;
 
 /// How often a request that failed is made again, if the server is to blame.
 const RETRIES: usize = 3;

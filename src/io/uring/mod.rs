@@ -6,7 +6,7 @@
 //! keep to the page cache: what is appended to them begins and ends anywhere.
 
 mod pages;
-mod ring;
+pub(crate) mod ring;
 mod transfer;
 
 use std::fs::File;
@@ -20,7 +20,8 @@ use futures::future::{BoxFuture, FutureExt, ready};
 use rustix::fs::{AtFlags, OFlags, StatxFlags, fcntl_getfl, fcntl_setfl, statx};
 use tokio::sync::oneshot;
 
-use super::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, length_of, open_regular};
+use crate::io::file::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, end_of, length_of};
+use crate::io::regular::open_regular;
 use pages::{ALIGNMENT, PagePool};
 pub(super) use ring::Ring;
 use ring::{Operation, gone};
@@ -171,7 +172,7 @@ impl ReadAt for UringFile {
 
 impl WriteAt for UringFile {
     fn write_at(&self, offset: u64, data: Bytes) -> BoxFuture<'static, io::Result<()>> {
-        if let Err(error) = super::end_of(offset, data.len()) {
+        if let Err(error) = end_of(offset, data.len()) {
             return ready(Err(error)).boxed();
         }
         self.ask(|reply| Operation::Write { offset, data, reply })

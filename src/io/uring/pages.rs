@@ -10,8 +10,8 @@ use bytes::Bytes;
 use memmap2::{Advice, MmapMut};
 use tokio_uring::buf::{IoBuf, IoBufMut};
 
-use super::super::buffers::{Kept, SMALL, rounded};
-use super::super::{HUGE_PAGE, in_huge_pages};
+use crate::io::buffers::{Kept, SMALL, rounded};
+use crate::io::file::{HUGE_PAGE, in_huge_pages};
 
 /// What reads past the page cache ask of memory and offsets, at most, in bytes.
 pub(super) const ALIGNMENT: usize = 4096;

@@ -18,9 +18,9 @@ use parking_lot::Mutex;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::sync::{Semaphore, oneshot};
 
-use super::pages::PagePool;
-use super::transfer;
-use crate::io::start_thread;
+use crate::io::start::start_thread;
+use crate::io::uring::pages::PagePool;
+use crate::io::uring::transfer;
 
 /// Entries of the ring.
 const ENTRIES: u32 = 256;
@@ -59,7 +59,7 @@ enum Request {
 
 /// A ring, driven by a thread of its own, which ends when nobody has the ring any more.
 #[derive(Debug)]
-pub(in super::super) struct Ring {
+pub(in crate::io) struct Ring {
     requests: UnboundedSender<Request>,
     opened: AtomicU64,
 }
@@ -69,7 +69,7 @@ impl Ring {
     ///
     /// # Errors
     /// What the system says when it refuses a ring, as it does within many containers.
-    pub(in super::super) fn shared() -> io::Result<Arc<Self>> {
+    pub(in crate::io) fn shared() -> io::Result<Arc<Self>> {
         static SHARED: LazyLock<Mutex<Made>> = LazyLock::new(Mutex::default);
         let mut shared = SHARED.lock();
         if let Made::Ring(ring) = &*shared

@@ -6,7 +6,7 @@ use bytes::Bytes;
 use tokio_uring::buf::BoundedBuf;
 use tokio_uring::fs::File;
 
-use super::pages::{ALIGNMENT, PagePool};
+use crate::io::uring::pages::{ALIGNMENT, PagePool};
 
 /// Bytes of one operation at most: a multiple of the alignment, and what its 32 bits and the system's limit hold.
 const LARGEST: usize = 1 << 30;

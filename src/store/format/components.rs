@@ -5,7 +5,7 @@ use std::collections::HashMap;
 /// No component yet.
 const NONE: u32 = u32::MAX;
 use crate::store::format::encode::CoreDraft;
-use crate::store::format::tile::Component;
+use crate::store::format::tile::regions::Component;
 
 /// The component of each triangle of a core, numbered in the order of their first triangles.
 pub(crate) fn of_core(core: &CoreDraft) -> Vec<u32> {

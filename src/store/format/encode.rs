@@ -1,9 +1,7 @@
 //! Tiles to bytes.
 
 use bytes::Bytes;
-use flatbuffers::FlatBufferBuilder;
-use flatbuffers::Vector;
-use flatbuffers::WIPOffset;
+use flatbuffers::{FlatBufferBuilder, Vector, WIPOffset};
 
 use crate::geometry::{PackedHalfEdge, Point};
 use crate::io::Buffers;
@@ -13,7 +11,7 @@ use crate::store::format::generated::tile as schema;
 use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::packed;
 use crate::store::format::packed::mark;
-use crate::store::format::tile::Component;
+use crate::store::format::tile::regions::Component;
 
 /// The mark of what a core lacks: a neighbour, or a triangle at a vertex.
 const NOT_IN_CORE: u64 = mark(0);

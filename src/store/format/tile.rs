@@ -1,11 +1,11 @@
 //! A tile in memory: its two FlatBuffers, checked once, read in place.
 
-mod edges;
+pub(crate) mod edges;
 mod notes;
 mod open;
-mod regions;
+pub(crate) mod regions;
 mod sides;
-mod sites;
+pub(crate) mod sites;
 #[cfg(test)]
 mod tests;
 mod topology;

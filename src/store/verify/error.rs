@@ -1,7 +1,10 @@
 //! What verifying finds wrong, and what it says when it finds nothing.
 
 use crate::geometry::Point;
-use crate::store::{EdgeSource, ReadError, TileEdge, TileId};
+use crate::store::error::ReadError;
+use crate::store::format::edge_source::EdgeSource;
+use crate::store::format::ids::TileId;
+pub(crate) use crate::store::format::tile::edges::TileEdge;
 
 /// What is wrong with a tile.
 #[derive(Clone, Debug)]

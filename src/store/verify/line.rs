@@ -5,9 +5,12 @@
 
 use futures::stream::StreamExt;
 
-use super::error::{Fault, VerifyError};
 use crate::geometry::{Orientation, Point, orient2d};
-use crate::store::{LineSource, Tile, TileId, TileReader, Vertex, VertexId};
+use crate::store::format::ids::{TileId, VertexId};
+use crate::store::format::metadata::LineSource;
+use crate::store::format::tile::{Tile, Vertex};
+use crate::store::reader::TileReader;
+use crate::store::verify::error::{Fault, VerifyError};
 
 /// The part of the line that a tile has.
 struct Stretch {

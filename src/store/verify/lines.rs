@@ -28,12 +28,15 @@ use std::sync::atomic::{AtomicU64, Ordering as Memory};
 use futures::stream::StreamExt;
 use xxhash_rust::xxh3::xxh3_128;
 
-use super::error::{Fault, VerifyError, VerifyReport};
-use super::marks::Marks;
 use crate::geometry::{Point, compare_lines};
-use crate::store::{
-    EdgeSource, LineKind, Needs, Plan, ReadError, Tile, TileId, TileReader, Workspaces, by_tile, list_for, spawn,
-};
+use crate::store::error::ReadError;
+use crate::store::format::edge_source::{EdgeSource, LineKind};
+use crate::store::format::ids::TileId;
+use crate::store::format::tile::Tile;
+use crate::store::pass::{Needs, Plan, Workspaces, by_tile, list_for, spawn};
+use crate::store::reader::TileReader;
+use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
+use crate::store::verify::marks::Marks;
 
 /// Segments that are looked for at once, at least.
 const LEAST_SEGMENTS: u64 = 1 << 15;

@@ -4,8 +4,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use futures::stream::StreamExt;
 
-use super::error::{Fault, VerifyError};
-use crate::store::{Needs, Tile, TileId, TileReader};
+use crate::store::format::ids::TileId;
+use crate::store::format::tile::Tile;
+use crate::store::pass::Needs;
+use crate::store::reader::TileReader;
+use crate::store::verify::error::{Fault, VerifyError};
 
 impl TileReader {
     /// How many things to mark there are in each tile.

@@ -4,10 +4,15 @@ use std::sync::Arc;
 
 use futures::stream::StreamExt;
 
-use super::error::{VerifyError, VerifyReport};
 use crate::geometry::Point;
 use crate::input::PointBatch;
-use crate::store::{Directory, Needs, Plan, ReadError, Tile, TileId, TileReader, Workspaces, by_tile, list_for, spawn};
+use crate::store::error::ReadError;
+use crate::store::format::directory::Directory;
+use crate::store::format::ids::TileId;
+use crate::store::format::tile::Tile;
+use crate::store::pass::{Needs, Plan, Workspaces, by_tile, list_for, spawn};
+use crate::store::reader::TileReader;
+use crate::store::verify::error::{VerifyError, VerifyReport};
 
 /// Points that are looked up at once, at least.
 const LEAST_POINTS: u64 = 1 << 16;

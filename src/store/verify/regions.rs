@@ -11,11 +11,13 @@
 
 use xxhash_rust::xxh3::xxh3_128;
 
-use super::error::Fault;
 use crate::geometry::{HalfEdge, Orientation, Point, Rect, orient2d};
 use crate::mesh::{Topology, Twin};
 use crate::store::format::damage::Damage;
-use crate::store::{Component, LineSource, Metadata, Tile};
+use crate::store::format::metadata::{LineSource, Metadata};
+use crate::store::format::tile::Tile;
+use crate::store::format::tile::regions::Component;
+use crate::store::verify::error::Fault;
 
 /// Bytes that the check takes for each vertex of its tile, if every triangle is a region.
 pub(super) const BYTES_PER_VERTEX: u64 = 3 * size_of::<Region>() as u64;

@@ -8,11 +8,15 @@ use std::sync::Arc;
 use futures::stream::StreamExt;
 use xxhash_rust::xxh3::Xxh3;
 
-use super::error::{VerifyError, VerifyReport};
-use super::marks::Marks;
 use crate::geometry::Point;
 use crate::input::{SiteBatch, SiteId};
-use crate::store::{Needs, Plan, ReadError, Site, Tile, TileReader, Workspaces, by_tile, list_for, spawn};
+use crate::store::error::ReadError;
+use crate::store::format::tile::Tile;
+use crate::store::format::tile::sites::Site;
+use crate::store::pass::{Needs, Plan, Workspaces, by_tile, list_for, spawn};
+use crate::store::reader::TileReader;
+use crate::store::verify::error::{VerifyError, VerifyReport};
+use crate::store::verify::marks::Marks;
 
 /// Sites that are looked up at once, at least.
 const LEAST_SITES: u64 = 1 << 15;

@@ -1,9 +1,9 @@
 //! The triangles around a vertex.
 
-use super::error::Fault;
 use crate::geometry::{HalfEdge, Orientation, orient2d};
 use crate::mesh::{StarEnd, Topology, Twin};
-use crate::store::Tile;
+use crate::store::format::tile::Tile;
+use crate::store::verify::error::Fault;
 
 /// For each vertex of a tile the first half-edge of its fan, counter-clockwise: after the hull, if it is on it.
 pub(super) struct Fans {

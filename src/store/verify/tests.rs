@@ -6,9 +6,9 @@ mod model;
 mod regions;
 mod town;
 
-use super::error::VerifyError;
 use crate::geometry::Point;
-use crate::store::{TileId, VertexId};
+use crate::store::format::ids::{TileId, VertexId};
+use crate::store::verify::error::VerifyError;
 use model::{Model, ModelTile, Named, pair};
 
 fn grid() -> Vec<Point> {

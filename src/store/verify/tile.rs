@@ -4,11 +4,13 @@ use std::collections::{HashMap, HashSet};
 
 use xxhash_rust::xxh3::xxh3_128;
 
-use super::error::Fault;
-use super::{regions, star};
 use crate::geometry::{HalfEdge, Orientation, Rect, in_circle, orient2d};
 use crate::mesh::{Topology, Twin};
-use crate::store::{Component, Tile, TileId};
+use crate::store::format::ids::TileId;
+use crate::store::format::tile::Tile;
+use crate::store::format::tile::regions::Component;
+use crate::store::verify::error::Fault;
+use crate::store::verify::{regions, star};
 
 /// Bytes that a check takes for each vertex of its tile: the places, in a table that is at least 7/16 full, and the fans.
 pub(super) const BYTES_PER_VERTEX: u64 = 52;
@@ -203,8 +205,9 @@ fn share(tile: &Tile, triangle: u32, sums: &mut HashMap<(TileId, TileId), u128>)
 /// The tile that a triangle belongs to.
 pub(super) fn owner(tile: &Tile, triangle: u32) -> TileId {
     let [a, b, c] = tile.vertices(triangle);
-    let smaller =
-        |p: crate::store::Vertex, q: crate::store::Vertex| if p.point.lex_cmp(q.point).is_le() { p } else { q };
+    let smaller = |p: crate::store::format::tile::Vertex, q: crate::store::format::tile::Vertex| {
+        if p.point.lex_cmp(q.point).is_le() { p } else { q }
+    };
     smaller(smaller(a, b), c).id.tile
 }
 

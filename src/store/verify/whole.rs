@@ -6,11 +6,16 @@ use std::sync::Arc;
 
 use futures::stream::StreamExt;
 
-use super::error::{Fault, VerifyError, VerifyReport};
-use super::regions;
-use super::tile::{self, Expected, Places, TileReport};
 use crate::geometry::Rect;
-use crate::store::{Directory, Needs, Plan, ReadError, Tile, TileId, TileReader, Workspaces, for_tiles};
+use crate::store::error::ReadError;
+use crate::store::format::directory::Directory;
+use crate::store::format::ids::TileId;
+use crate::store::format::tile::Tile;
+use crate::store::pass::{Needs, Plan, Workspaces, for_tiles};
+use crate::store::reader::TileReader;
+use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
+use crate::store::verify::tile::{Expected, Places, TileReport};
+use crate::store::verify::{regions, tile};
 
 /// Bytes for what is looked up, bits and tiles, if the reader has no limit.
 const LOOKUP_MEMORY: u64 = 512 << 20;

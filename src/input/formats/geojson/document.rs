@@ -9,11 +9,11 @@
 //! when it ends. Why not the crate `geojson`: its `FeatureReader` takes the file's first `[` for that of `features`
 //! (a `bbox` before it is enough to fail) and holds a feature at a time.
 
-use super::event::{Event, Kind, Position};
-use super::ids::{FoundId, read_id, read_property};
-use super::json::{Json, ValueType};
 use crate::input::bytes::ByteInput;
-use crate::input::{InputError, Place};
+use crate::input::error::{InputError, Place};
+use crate::input::formats::geojson::event::{Event, Kind, Position};
+use crate::input::formats::geojson::ids::{FoundId, read_id, read_property};
+use crate::input::formats::geojson::json::{Json, ValueType};
 use crate::shown;
 use crate::shown::excerpt;
 

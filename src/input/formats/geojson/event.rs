@@ -1,6 +1,6 @@
 //! What a GeoJSON document has, piece by piece.
 
-use crate::input::Place;
+use crate::input::error::Place;
 use crate::input::flaw::Flaw;
 use crate::input::spot::Spot;
 

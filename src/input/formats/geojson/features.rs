@@ -1,10 +1,10 @@
 //! GeoJSON feature by feature: counted, and looked at up to the first position.
 
-use super::document::GeoJson;
-use super::event::{Event, Kind};
-use super::ids::FoundId;
-use crate::input::InputError;
 use crate::input::bytes::ByteInput;
+use crate::input::error::InputError;
+use crate::input::formats::geojson::document::GeoJson;
+use crate::input::formats::geojson::event::{Event, Kind};
+use crate::input::formats::geojson::ids::FoundId;
 
 /// The events of a file, with the number of the feature that they are of.
 pub struct Features {

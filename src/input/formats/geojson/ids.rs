@@ -1,8 +1,9 @@
 //! The ids of features: a property, or the member `id`.
 
-use super::json::{Json, ValueType};
+use crate::input::error::InputError;
 use crate::input::flaw::Flaw;
-use crate::input::{InputError, SiteId};
+use crate::input::formats::geojson::json::{Json, ValueType};
+use crate::input::sites::SiteId;
 
 /// An id, or what is wrong with it.
 pub type FoundId = Result<SiteId, Flaw>;

@@ -7,14 +7,16 @@
 //! Why `struson` and not `serde_json`: that hands over a value when it has all of it, and calls back where a batch wants
 //! to stop in the middle. Here memory is bounded by the nesting, and not by any value's size.
 
-use crate::input::bytes::{BUFFER, ByteInput};
-use crate::input::{InputError, Place};
-use std::io::{self, BufReader, ErrorKind, Read};
+use std::io;
+use std::io::{BufReader, ErrorKind, Read};
 use std::path::Path;
 use std::sync::Arc;
-use struson::reader::{JsonReader, JsonStreamReader, JsonSyntaxError, ReaderError, ReaderSettings, SyntaxErrorKind};
 
 pub use struson::reader::ValueType;
+use struson::reader::{JsonReader, JsonStreamReader, JsonSyntaxError, ReaderError, ReaderSettings, SyntaxErrorKind};
+
+use crate::input::bytes::{BUFFER, ByteInput};
+use crate::input::error::{InputError, Place};
 
 /// The deepest nesting, as in `serde_json`.
 const DEEPEST: u32 = 128;

@@ -1,12 +1,12 @@
 //! The lines and the rings of polygons of GeoJSON.
 
-use super::event::{Event, Kind};
-use super::features::Features;
 use crate::input::bytes::ByteInput;
-use crate::input::lines::LineTally;
+use crate::input::error::{InputError, RecordKind};
+use crate::input::formats::geojson::event::{Event, Kind};
+use crate::input::formats::geojson::features::Features;
+use crate::input::lines::{LineTally, SegmentBatch};
 use crate::input::reader::{Reader, Sink};
 use crate::input::spot::Spot;
-use crate::input::{InputError, RecordKind, SegmentBatch};
 
 pub struct Lines {
     features: Features,

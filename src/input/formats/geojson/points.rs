@@ -1,10 +1,11 @@
 //! The positions of all geometries as points.
 
-use super::event::Event;
-use super::features::Features;
 use crate::input::bytes::ByteInput;
+use crate::input::error::InputError;
+use crate::input::formats::geojson::event::Event;
+use crate::input::formats::geojson::features::Features;
+use crate::input::points::PointBatch;
 use crate::input::reader::{Reader, Sink};
-use crate::input::{InputError, PointBatch};
 
 pub struct Points {
     features: Features,

@@ -7,17 +7,18 @@
 //! A ring without area encloses nothing, and neither do the inner rings of a polygon whose outer one has none. Their segments
 //! still block the way, so they come, but each in both directions: no side of it is the inside.
 
-use super::event::{Event, Kind};
-use super::features::Features;
+use std::cmp::Ordering;
+
 use crate::geometry::{Orientation, Point, area_sign, orient2d};
 use crate::input::bytes::ByteInput;
+use crate::input::error::{InputError, RecordKind};
 use crate::input::flaw::Flaw;
-use crate::input::lines::LineTally;
+use crate::input::formats::geojson::event::{Event, Kind};
+use crate::input::formats::geojson::features::Features;
+use crate::input::lines::{LineTally, SegmentBatch};
 use crate::input::reader::{Reader, Sink};
 use crate::input::spot::Spot;
-use crate::input::{InputError, RecordKind, SegmentBatch};
 use crate::shown;
-use std::cmp::Ordering;
 
 pub struct Rings {
     features: Features,

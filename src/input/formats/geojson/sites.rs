@@ -1,12 +1,13 @@
 //! The points of GeoJSON as sites.
 
-use super::event::{Event, Kind};
-use super::features::Features;
 use crate::input::bytes::ByteInput;
+use crate::input::error::{InputError, Place, RecordKind};
 use crate::input::flaw::Flaw;
+use crate::input::formats::geojson::event::{Event, Kind};
+use crate::input::formats::geojson::features::Features;
 use crate::input::reader::{Reader, Sink};
+use crate::input::sites::{SiteBatch, SiteId};
 use crate::input::spot::Spot;
-use crate::input::{InputError, Place, RecordKind, SiteBatch, SiteId};
 use crate::shown;
 
 pub struct Sites {

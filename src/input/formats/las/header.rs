@@ -1,6 +1,6 @@
 //! What the header of a LAS file tells, and the records of variable length behind it.
 
-use super::problem::{FileReader, Problem, trimmed};
+use crate::input::formats::las::problem::{FileReader, Problem, trimmed};
 use ::las::raw::Vlr;
 use ::las::raw::header::Header;
 use std::io::{Read, Seek, SeekFrom};

@@ -1,7 +1,7 @@
 //! How a point's record is laid out, and which points are kept.
 
-use super::problem::Problem;
-use crate::input::{InputOptions, Returns};
+use crate::input::formats::las::problem::Problem;
+use crate::input::options::{InputOptions, Returns};
 use ::las::raw::header::Header;
 
 /// The longest point record. Format 10 has 67 bytes; the rest are extra bytes, for each of which LAZ keeps

@@ -19,9 +19,9 @@
 //! becomes an error (where panics unwind; `caught` keeps the program's panic hook from reporting
 //! it).
 
-use super::layout::Layout;
-use super::problem::{CUT_SHORT, FileReader, Problem, trimmed};
 use crate::input::caught::catch;
+use crate::input::formats::las::layout::Layout;
+use crate::input::formats::las::problem::{CUT_SHORT, FileReader, Problem, trimmed};
 use ::las::raw::Vlr;
 use laz::laszip::ChunkTable;
 use laz::{DecompressionSelection, LasZipDecompressor, LazItemType, LazVlr};

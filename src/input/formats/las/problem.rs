@@ -1,7 +1,7 @@
 //! A file with lidar points, and what may be wrong with it.
 
+use crate::input::error::{InputError, Place};
 use crate::input::watch::Watched;
-use crate::input::{InputError, Place};
 use std::error::Error;
 use std::fs::File;
 use std::io::BufReader;

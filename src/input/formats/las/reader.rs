@@ -8,18 +8,21 @@
 //! with the file's size here, before anything is allocated or decoded from it. A file that is cut short fails at
 //! open. Whether a file is LAZ its header tells, and not its suffix.
 
-use super::header::{count, crs, extended_wkt, header, records};
-use super::layout::{Keep, Layout};
-use super::laz::Laz;
-use super::problem::{FileReader, Problem};
 use crate::geometry::Point;
 use crate::input::bytes::BUFFER;
+use crate::input::error::{InputError, Place};
+use crate::input::formats::las::header::{count, crs, extended_wkt, header, records};
+use crate::input::formats::las::layout::{Keep, Layout};
+use crate::input::formats::las::laz::Laz;
+use crate::input::formats::las::problem::{FileReader, Problem};
+use crate::input::options::InputOptions;
+use crate::input::points::PointBatch;
 use crate::input::reader::{Reader, Sink, Started};
 use crate::input::sample::RandomAccess;
 use crate::input::watch::Watched;
-use crate::input::{InputError, InputOptions, Place, PointBatch};
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::io;
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::Arc;
 

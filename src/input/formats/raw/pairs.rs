@@ -1,10 +1,10 @@
 //! Raw pairs of record numbers: little-endian, of 4 or 8 bytes each.
 
-use super::records::{Records, left_over};
 use crate::input::bytes::ByteInput;
-use crate::input::lines::LineTally;
+use crate::input::error::InputError;
+use crate::input::formats::raw::records::{Records, left_over};
+use crate::input::lines::{LineTally, SegmentBatch};
 use crate::input::reader::{Reader, Sink};
-use crate::input::{InputError, SegmentBatch};
 
 const HINT: &str = "the file is cut short, or its numbers have another width";
 

@@ -2,12 +2,14 @@
 //!
 //! In: a stream of bytes and the numbers per point. Out: points. The fastest format there is, and exact.
 
-use super::records::{Records, left_over};
 use crate::geometry::Point;
 use crate::input::bytes::ByteInput;
+use crate::input::error::{InputError, Place};
+use crate::input::formats::raw::records::{Records, left_over};
+use crate::input::options::InputOptions;
+use crate::input::points::PointBatch;
 use crate::input::reader::{Reader, Sink};
 use crate::input::sample::RandomAccess;
-use crate::input::{InputError, InputOptions, Place, PointBatch};
 
 const HINT: &str = "the file is cut short, or has another number of dimensions (--dims); --skip-invalid drops the rest";
 

@@ -1,7 +1,7 @@
 //! Records of one length each, one behind the other.
 
 use crate::input::bytes::ByteInput;
-use crate::input::{InputError, Place};
+use crate::input::error::{InputError, Place};
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 

@@ -11,11 +11,12 @@
 //! Lines that are blank or begin with `#` do not count. Decimal commas are an error and never guessed at: `1,234` may
 //! be either number.
 
-use super::rows::{BLANKS, Rows};
 use crate::input::bytes::ByteInput;
+use crate::input::error::InputError;
 use crate::input::flaw::Flaw;
+use crate::input::formats::text::rows::{BLANKS, Rows};
 use crate::input::formats::text_lines::{Lines, Sample, number};
-use crate::input::{Column, Columns, InputError};
+use crate::input::options::{Column, Columns};
 use crate::shown::excerpt;
 
 /// Names of a column with x, the better first.

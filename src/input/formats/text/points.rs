@@ -4,12 +4,14 @@
 //!   and it is a number in the first row. Further columns are not read, which a note tells.
 //! - **`--columns`** overrides: by number from 1, or by a header's name. Without a third one there is no z.
 
-use super::columns::{Layout, Table, header_layout, is_name};
-use super::rows::Rows;
 use crate::input::bytes::ByteInput;
+use crate::input::error::{InputError, Place};
+use crate::input::formats::text::columns::{Layout, Table, header_layout, is_name};
+use crate::input::formats::text::rows::Rows;
 use crate::input::formats::text_lines::number;
+use crate::input::options::{Column, Columns};
+use crate::input::points::PointBatch;
 use crate::input::reader::{Reader, Sink};
-use crate::input::{Column, Columns, InputError, Place, PointBatch};
 use crate::shown;
 use std::path::Path;
 

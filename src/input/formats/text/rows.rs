@@ -7,7 +7,7 @@
 //! Why `csv-core` and not `csv`, which is made of it: that gathers a field whose quotes are never closed in memory,
 //! however long.
 
-use crate::input::InputError;
+use crate::input::error::InputError;
 use crate::input::formats::text_lines::Lines;
 use crate::shown::excerpt;
 use csv_core::{ReadRecordResult, Reader, ReaderBuilder, Terminator};

@@ -1,14 +1,14 @@
 //! Rows `x1,y1,x2,y2`.
 
-use super::columns::Table;
-use super::rows::Rows;
 use crate::input::bytes::ByteInput;
+use crate::input::error::{InputError, Place, RecordKind};
 use crate::input::flaw::Flaw;
+use crate::input::formats::text::columns::Table;
+use crate::input::formats::text::rows::Rows;
 use crate::input::formats::text_lines::number;
-use crate::input::lines::LineTally;
+use crate::input::lines::{LineTally, SegmentBatch};
 use crate::input::reader::{Reader, Sink};
 use crate::input::spot::Spot;
-use crate::input::{InputError, Place, RecordKind, SegmentBatch};
 
 pub struct Segments {
     rows: Rows,

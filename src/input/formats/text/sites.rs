@@ -1,12 +1,13 @@
 //! Rows `x,y` or `x,y,id`, or with the columns that a header names.
 
-use super::columns::{Layout, Table, header_layout};
-use super::rows::Rows;
 use crate::input::bytes::ByteInput;
+use crate::input::error::{InputError, Place, RecordKind};
 use crate::input::flaw::Flaw;
+use crate::input::formats::text::columns::{Layout, Table, header_layout};
+use crate::input::formats::text::rows::Rows;
 use crate::input::reader::{Reader, Sink};
+use crate::input::sites::{SiteBatch, SiteId};
 use crate::input::spot::Spot;
-use crate::input::{InputError, Place, RecordKind, SiteBatch, SiteId};
 
 pub struct Sites {
     rows: Rows,

@@ -1,10 +1,10 @@
 //! The edges of a tile that are constraints, and why they are.
 
-use super::sides::{SideBits, Sources};
-use super::{Tile, Vertex};
 use crate::geometry::HalfEdge;
 use crate::mesh::{Topology, Twin};
 use crate::store::format::edge_source::EdgeSource;
+use crate::store::format::tile::sides::{SideBits, Sources};
+use crate::store::format::tile::{Tile, Vertex};
 
 /// An edge of a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,9 +1,9 @@
 //! How the triangles of a tile lie beside each other.
 
-use super::Tile;
 use crate::geometry::{HalfEdge, Point};
 use crate::mesh::{Embedded, Topology, Twin};
 use crate::store::format::packed::{Packed, partition_point};
+use crate::store::format::tile::Tile;
 
 impl Tile {
     /// The corner that a half-edge starts at.

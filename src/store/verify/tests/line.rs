@@ -1,8 +1,9 @@
 //! Files of points on one line that are wrong in one thing each.
 
-use super::model::{Model, pair};
 use crate::geometry::Point;
-use crate::store::{EdgeSource, LineKind, TileId, VertexId};
+use crate::store::format::edge_source::{EdgeSource, LineKind};
+use crate::store::format::ids::{TileId, VertexId};
+use crate::store::verify::tests::model::{Model, pair};
 
 fn at(step: usize) -> Point {
     Point::new(step as f64, 7.0 - 3.0 * step as f64)

@@ -1,12 +1,14 @@
 //! Lines and sites that are wrong in one thing each, in the file or in the input.
 
-use super::grid;
-use super::model::{Model, Sourced, pair, run};
 use crate::geometry::Point;
 use crate::input::{SiteBatch, SiteId};
-use crate::store::verify::VerifyError;
-use crate::store::verify::lines::count;
-use crate::store::{EdgeSource, LineBatch, LineKind, Needs, VertexId};
+use crate::store::format::edge_source::{EdgeSource, LineKind};
+use crate::store::format::ids::VertexId;
+use crate::store::pass::Needs;
+use crate::store::verify::error::VerifyError;
+use crate::store::verify::lines::{LineBatch, count};
+use crate::store::verify::tests::grid;
+use crate::store::verify::tests::model::{Model, Sourced, pair, run};
 use LineKind::{BreakLine, Obstacle, Wall};
 
 /// Segments and sites on a grid of 100 points, and the file of them.
@@ -100,7 +102,7 @@ impl Town {
         let vertex = |p: Point| {
             let found = self.model.tiles.iter().zip(0..).find_map(|(tile, number)| {
                 let index = tile.points.iter().position(|&q| q == p)? as u32;
-                let tile = crate::store::TileId(number);
+                let tile = crate::store::format::ids::TileId(number);
                 Some(VertexId { tile, index })
             });
             found.unwrap()

@@ -8,12 +8,16 @@ use crate::geometry::{HalfEdge, PackedHalfEdge, Point, Rect};
 use crate::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use crate::io::{Buffers, MemoryFile};
 use crate::mesh::{Topology, Twin};
-use crate::store::format::directory::Directory;
-use crate::store::verify::VerifyError;
-use crate::store::{
-    BorderDraft, Component, CoreDraft, EdgeSource, OpenOptions, Tile, TileEdge, TileEntry, TileId, TileReader,
-    TileWriter, VertexId,
-};
+use crate::store::format::directory::{Directory, TileEntry};
+use crate::store::format::edge_source::EdgeSource;
+use crate::store::format::encode::{BorderDraft, CoreDraft};
+use crate::store::format::ids::{TileId, VertexId};
+use crate::store::format::tile::Tile;
+pub(crate) use crate::store::format::tile::edges::TileEdge;
+use crate::store::format::tile::regions::Component;
+use crate::store::reader::{OpenOptions, TileReader};
+use crate::store::verify::error::VerifyError;
+use crate::store::writer::TileWriter;
 use crate::{BuildOptions, Builder, MissingZ};
 
 pub(super) type Named = [VertexId; 3];
@@ -392,7 +396,8 @@ impl Model {
 
     /// Two neighbours whose quad is convex, so that their edge can be flipped: the triangles, and what they become.
     pub(super) fn flips(&self, wanted: impl Fn(&[VertexId; 4]) -> bool) -> Vec<([Named; 2], [Named; 2])> {
-        use crate::geometry::{Orientation::CounterClockwise, orient2d};
+        use crate::geometry::Orientation::CounterClockwise;
+        use crate::geometry::orient2d;
         let left = |a, b, c| orient2d(self.point(a), self.point(b), self.point(c)) == CounterClockwise;
         let sides = self
             .triangles()

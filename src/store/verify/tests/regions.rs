@@ -1,9 +1,11 @@
 //! Regions, holes and sources that are wrong in one thing each.
 
-use super::model::{Model, pair};
-use super::town::{middle, owner, sides, towns};
 use crate::geometry::Point;
-use crate::store::{Component, EdgeSource, LineKind, TileId};
+use crate::store::format::edge_source::{EdgeSource, LineKind};
+use crate::store::format::ids::TileId;
+use crate::store::format::tile::regions::Component;
+use crate::store::verify::tests::model::{Model, pair};
+use crate::store::verify::tests::town::{middle, owner, sides, towns};
 
 /// The model is found to be wrong, in these words.
 #[track_caller]

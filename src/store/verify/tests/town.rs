@@ -2,10 +2,13 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::model::{Model, Named, pair};
-use super::{grid, scattered};
 use crate::geometry::Point;
-use crate::store::{Component, EdgeSource, LineKind, LineSource, VertexId};
+use crate::store::format::edge_source::{EdgeSource, LineKind};
+use crate::store::format::ids::VertexId;
+use crate::store::format::metadata::LineSource;
+use crate::store::format::tile::regions::Component;
+use crate::store::verify::tests::model::{Model, Named, pair};
+use crate::store::verify::tests::{grid, scattered};
 
 pub(super) type Edge = [VertexId; 2];
 
