@@ -12,7 +12,7 @@ thread_local! {
 }
 
 /// Whether a panic on this thread is caught by a reader, and becomes an
-/// [`InputError`](crate::input::error::InputError). For panic hooks, which need not report such a panic.
+/// [`InputError`](crate::input::InputError). For panic hooks, which need not report such a panic.
 ///
 /// ```
 /// let before = std::panic::take_hook();

@@ -141,7 +141,7 @@ pub enum InputError {
         /// In which way.
         what: String,
     },
-    /// The reading was [stopped](crate::input::watch::Reading::stop).
+    /// The reading was [stopped](crate::input::Reading::stop).
     #[error("the reading was stopped")]
     Stopped,
     /// Neither the name nor an option tells the format in which a file has records of this kind.
@@ -166,7 +166,7 @@ pub enum InputError {
         feature: &'static str,
     },
     /// A record is not what it should be. Of points it is counted instead with
-    /// [`skip_invalid`](crate::input::options::InputOptions::skip_invalid).
+    /// [`skip_invalid`](crate::input::InputOptions::skip_invalid).
     #[error("{}: {} {number} ({place}): {found}{}", shown::path(path), kind.name(), kind.advice())]
     Record {
         /// The file.

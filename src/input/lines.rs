@@ -6,13 +6,13 @@ use crate::input::spot::Spot;
 use crate::shown;
 use std::path::Path;
 
-/// A batch of segments: what a [`SegmentSource`](crate::input::source::lines::SegmentSource) gives, and a [`Builder`](crate::Builder) takes.
+/// A batch of segments: what a [`SegmentSource`](crate::input::SegmentSource) gives, and a [`Builder`](crate::Builder) takes.
 #[derive(Clone, Debug, Default)]
 pub struct SegmentBatch {
     /// Segments by their ends: valid and normalized points.
     pub ends: Vec<[Point; 2]>,
     /// The elevations of these ends: finite, or NaN where an end has none. Empty if the source has
-    /// none ([`has_z`](crate::input::source::lines::SegmentSource::has_z)), else as long as `ends`.
+    /// none ([`has_z`](crate::input::SegmentSource::has_z)), else as long as `ends`.
     pub z: Vec<[f64; 2]>,
     /// Segments by the record numbers of two points.
     pub records: Vec<[u64; 2]>,

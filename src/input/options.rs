@@ -23,7 +23,7 @@ pub enum Format {
     F64,
     /// The `.node` files of Triangle (two dimensions) and TetGen (three).
     Node,
-    /// The points of Triangle's `.poly` files; their segments and holes are read by [`PolySource`](crate::input::source::poly::PolySource).
+    /// The points of Triangle's `.poly` files; their segments and holes are read by [`PolySource`](crate::input::PolySource).
     Poly,
     /// GeoJSON: a document, or one feature or geometry after the other.
     GeoJson,

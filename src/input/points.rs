@@ -12,13 +12,13 @@ use crate::input::spot::Spot;
 use crate::shown;
 use std::path::Path;
 
-/// A batch of points in input order: what a [`PointSource`](crate::input::source::points::PointSource) gives, and a
+/// A batch of points in input order: what a [`PointSource`](crate::input::PointSource) gives, and a
 /// [`Builder`](crate::Builder) takes.
 #[derive(Clone, Debug, Default)]
 pub struct PointBatch {
     /// The points: valid and normalized.
     pub points: Vec<Point>,
-    /// Their elevations: finite. Empty if the source has none ([`has_z`](crate::input::source::points::PointSource::has_z)), else as long as `points`.
+    /// Their elevations: finite. Empty if the source has none ([`has_z`](crate::input::PointSource::has_z)), else as long as `points`.
     pub z: Vec<f64>,
     /// Their record numbers, ascending; as long as `points`.
     pub records: Vec<u64>,
@@ -45,7 +45,7 @@ impl PointBatch {
     }
 }
 
-/// What a [`PointSource`](crate::input::source::points::PointSource) has read so far. `records` = `points` + `withheld` + `filtered` + `invalid`.
+/// What a [`PointSource`](crate::input::PointSource) has read so far. `records` = `points` + `withheld` + `filtered` + `invalid`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct InputCounts {

@@ -8,7 +8,7 @@ use crate::shown;
 use std::fmt;
 use std::path::Path;
 
-/// The id of a site, as its file has it; see [`SiteSource`](crate::input::source::sites::SiteSource). That ids differ is not checked.
+/// The id of a site, as its file has it; see [`SiteSource`](crate::input::SiteSource). That ids differ is not checked.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum SiteId {
     /// A number without a sign, fraction or leading zero.
@@ -52,13 +52,13 @@ impl fmt::Display for SiteId {
     }
 }
 
-/// A batch of sites in input order: what a [`SiteSource`](crate::input::source::sites::SiteSource) gives, and a [`Builder`](crate::Builder) takes.
+/// A batch of sites in input order: what a [`SiteSource`](crate::input::SiteSource) gives, and a [`Builder`](crate::Builder) takes.
 #[derive(Clone, Debug, Default)]
 pub struct SiteBatch {
     /// The places: valid and normalized points.
     pub points: Vec<Point>,
     /// Their elevations: finite, or NaN where a site has none. Empty if the source has none
-    /// ([`has_z`](crate::input::source::sites::SiteSource::has_z)), else as long as `points`.
+    /// ([`has_z`](crate::input::SiteSource::has_z)), else as long as `points`.
     pub z: Vec<f64>,
     /// Their ids; as long as `points`.
     pub ids: Vec<SiteId>,

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-/// What tells a file from others, and from itself before a change. [`Source::stamps`](crate::input::source::stream::Source::stamps) gives those of
+/// What tells a file from others, and from itself before a change. [`Source::stamps`](crate::input::Source::stamps) gives those of
 /// a source.
 ///
 /// ```

@@ -198,7 +198,7 @@ impl TileReader {
     /// All tiles in order, read ahead of their consumer. What is not in the cache stays out of it, so that a scan does not
     /// flush what queries keep hot. Must be polled within a tokio runtime.
     ///
-    /// If the reader [may use](crate::store::reader::OpenOptions::memory) less memory than the largest tile takes, all that comes is an
+    /// If the reader [may use](crate::store::OpenOptions::memory) less memory than the largest tile takes, all that comes is an
     /// error.
     pub fn tiles(&self) -> impl Stream<Item = Result<Arc<Tile>, ReadError>> + Send + Unpin + 'static {
         match self.plan(Needs::default()) {

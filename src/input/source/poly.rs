@@ -1,6 +1,6 @@
 //! The segments and the hole points of Triangle's `.poly` files.
 //!
-//! In: the path of a file that [`PointSource`](crate::input::source::points::PointSource) reads the points of. Out: [`SegmentBatch`]es of segments
+//! In: the path of a file that [`PointSource`](crate::input::PointSource) reads the points of. Out: [`SegmentBatch`]es of segments
 //! by record numbers, then the hole points. The file is read twice, so it cannot be a pipe.
 
 use crate::geometry::Point;
@@ -21,7 +21,7 @@ use std::sync::Arc;
 /// The segments and the hole points of one `.poly` file.
 ///
 /// **Record numbers** count the points of this file (or of the `.node` file beside it) from 0, as a
-/// [`PointSource`](crate::input::source::points::PointSource) that has no other input does. Where it has others before this one, their
+/// [`PointSource`](crate::input::PointSource) that has no other input does. Where it has others before this one, their
 /// records are to be added. Segments are numbered from 0 in this file.
 ///
 /// ```

@@ -102,8 +102,8 @@ impl<B: Records> Input<B> {
     }
 }
 
-/// A blocking stream of the records of several files: [`PointSource`](crate::input::source::points::PointSource),
-/// [`SegmentSource`](crate::input::source::lines::SegmentSource) and [`SiteSource`](crate::input::source::sites::SiteSource) tell what they read.
+/// A blocking stream of the records of several files: [`PointSource`](crate::input::PointSource),
+/// [`SegmentSource`](crate::input::SegmentSource) and [`SiteSource`](crate::input::SiteSource) tell what they read.
 pub struct Source<B: Records> {
     /// The inputs that are left.
     inputs: VecDeque<Input<B>>,

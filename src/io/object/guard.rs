@@ -1,7 +1,7 @@
 //! A client that takes no more of a server's error than a message needs.
 //!
 //! Crate `object_store` gathers the body of every error in memory, however long it is. What a
-//! request for a range gets is counted where it is [gathered](crate::io::object::Object).
+//! request for a range gets is counted where it is [gathered](crate::io::Object).
 
 use std::fmt;
 
