@@ -124,10 +124,14 @@ impl Oracle {
             for triangle in tile.owned_triangles() {
                 let its = tile.triangle_points(triangle).map(&mut index);
                 corners.push((its, !tile.is_hole(triangle)));
-                walls.extend((0..3).filter(|&s| tile.is_wall(3 * triangle + s)).map(|s| {
-                    let s = s as usize;
-                    [its[s], its[(s + 1) % 3]]
-                }));
+                walls.extend(
+                    (0..3)
+                        .filter(|&s| tile.is_wall(delaunay_tiles::geometry::HalfEdge::new(triangle, s)))
+                        .map(|s| {
+                            let s = s as usize;
+                            [its[s], its[(s + 1) % 3]]
+                        }),
+                );
             }
         }
         Self::new(points, corners, &walls, !reader.directory().metadata.exterior_is_hole)

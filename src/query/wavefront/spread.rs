@@ -232,7 +232,7 @@ impl Wave {
             return Ok(Some(Ahead { length, side }));
         }
         // Across, the side runs from the one's end to the other's start.
-        let [from, to] = passages.ground().tile.ends(door.side.0).map(|end| end.id);
+        let [from, to] = passages.ground().tile.ends(door.side).map(|end| end.id);
         let task = Task::ConeOver {
             vertex: from.index,
             from: to,

@@ -9,10 +9,10 @@ use std::collections::HashSet;
 use self::page::{Page, schemas};
 use self::reader::{Across, File};
 use crate::support::{Scratch, batches, file_bytes, open_bytes, points_of, reference, runtime};
-use delaunay_tiles::geometry::{Point, Rect};
+use delaunay_tiles::geometry::{HalfEdge, Point, Rect};
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::mesh::EngineKind;
-use delaunay_tiles::store::{Digest, EdgeSource, FORMAT_VERSION, LineKind, LineSource, Site, TileId};
+use delaunay_tiles::store::{Digest, EdgeSource, FORMAT_VERSION, LineKind, LineSource, Site, TileEdge, TileId};
 use delaunay_tiles::{BuildOptions, Builder};
 use distributions::Kind;
 
@@ -207,18 +207,19 @@ async fn compare(file: &File, bytes: Vec<u8>) {
             (LineKind::Obstacle, -1) => 3,
             other => panic!("{other:?}"),
         };
-        let sources = |side| -> Vec<_> { tile.edge_sources(side).map(|s| (s.number(), code(s))).collect() };
-        for side in 0..3 * tile.triangle_count() {
-            let s = side as usize;
+        let sources = |side: TileEdge| -> Vec<_> { tile.edge_sources(side).map(|s| (s.number(), code(s))).collect() };
+        for side in (0..3 * tile.triangle_count()).map(HalfEdge) {
+            let s = side.index();
             let found = (tile.is_constraint(side), tile.is_wall(side));
             assert_eq!(found, (expected.constraints[s], expected.walls[s]));
-            assert_eq!(sources(side), expected.sources(s));
+            assert_eq!(sources(side.into()), expected.sources(s));
         }
-        for (edge, &(from, to)) in (0..).zip(&expected.edges) {
+        for (number, &(from, to)) in (0..).zip(&expected.edges) {
+            let edge = TileEdge::OnLine(number);
             assert_eq!(tile.triangle_count(), 0);
             let corner = |corner| expected.corner(file, corner).1;
             assert_eq!(tile.ends(edge).map(|end| end.point), [corner(from), corner(to)]);
-            let its = expected.sources_of_edge(edge as usize);
+            let its = expected.sources_of_edge(number as usize);
             assert_eq!(tile.is_wall(edge), its.iter().any(|&(_, code)| code > 0));
             assert_eq!(sources(edge), its);
         }

@@ -45,7 +45,7 @@ impl Mesh {
                 });
                 for s in 0..3 {
                     let ends = [corners[s], corners[(s + 1) % 3]];
-                    if tile.is_wall(3 * triangle + s as u32) {
+                    if tile.is_wall(delaunay_tiles::geometry::HalfEdge::new(triangle, s as u32)) {
                         walls.push(ends);
                     }
                     if !tile.is_hole(triangle) {

@@ -22,14 +22,6 @@ impl From<HalfEdge> for TileEdge {
     }
 }
 
-// Until the last users of plain numbers are gone.
-impl From<u32> for TileEdge {
-    #[inline]
-    fn from(side: u32) -> Self {
-        Self::HalfEdge(HalfEdge(side))
-    }
-}
-
 impl Tile {
     /// Whether an edge is a constraint.
     #[must_use]

@@ -1,6 +1,6 @@
 //! What a tile tells of constraints, regions and sites is what its drafts said; drafts that contradict themselves are refused.
 
-use crate::geometry::PackedHalfEdge;
+use crate::geometry::{HalfEdge, PackedHalfEdge};
 use crate::io::Buffers;
 use crate::mesh::Twin;
 use crate::store::format::damage::Damage;
@@ -101,9 +101,10 @@ fn open_bytes(core: &Bytes, border: &Bytes) -> Result<Tile, Damage> {
 #[test]
 fn a_tile_tells_what_its_drafts_said() {
     let tile = open(&full_drafts()).unwrap();
-    let of_sides = |what: fn(&Tile, u32) -> bool| (0..9).filter(|&side| what(&tile, side)).collect::<Vec<_>>();
-    assert_eq!(of_sides(Tile::is_constraint), [1, 2, 3, 5, 6, 8]);
-    assert_eq!(of_sides(Tile::is_wall), [2, 3, 5, 6]);
+    let of_sides =
+        |what: fn(&Tile, HalfEdge) -> bool| (0..9).filter(|&side| what(&tile, HalfEdge(side))).collect::<Vec<_>>();
+    assert_eq!(of_sides(|tile, side| tile.is_constraint(side)), [1, 2, 3, 5, 6, 8]);
+    assert_eq!(of_sides(|tile, side| tile.is_wall(side)), [2, 3, 5, 6]);
     assert_eq!([0, 1, 2].map(|t| tile.region(t)), [70_000, 9, 3]);
     assert_eq!([0, 1, 2].map(|t| tile.depth(t)), [1, 0, -2]);
     assert_eq!([0, 1, 2].map(|t| tile.is_hole(t)), [true, false, false]);
@@ -116,7 +117,7 @@ fn a_tile_tells_what_its_drafts_said() {
 #[test]
 fn the_sources_of_an_edge_are_seen_from_both_sides() {
     let tile = open(&full_drafts()).unwrap();
-    let of = |side: u32| tile.edge_sources(side).collect::<Vec<_>>();
+    let of = |side: u32| tile.edge_sources(HalfEdge(side)).collect::<Vec<_>>();
     let (wall, obstacle) = (source(LineKind::Wall, 3), source(LineKind::Obstacle, 5));
     assert_eq!(of(2), [wall, obstacle]);
     assert_eq!(of(3), [wall, obstacle.reversed()]);
@@ -143,7 +144,11 @@ fn sites_without_ids() {
 #[test]
 fn what_is_absent_is_free_and_of_region_0() {
     let tile = open(&drafts()).unwrap();
-    assert!((0..9).all(|side| !tile.is_wall(side) && tile.edge_sources(side).count() == 0));
+    assert!(
+        (0..9)
+            .map(HalfEdge)
+            .all(|side| !tile.is_wall(side) && tile.edge_sources(side).count() == 0)
+    );
     assert!((0..3).all(|t| tile.component(t) == Component::default()));
     assert!(tile.sites().next().is_none() && (0..4).all(|v| !tile.is_site(v)));
     // What says no more than that takes no room.
@@ -293,7 +298,7 @@ fn nonsense_is_refused_or_harmless() {
             continue;
         };
         outcomes[1] += 1;
-        for side in 0..3 * tile.triangle_count() {
+        for side in (0..3 * tile.triangle_count()).map(HalfEdge) {
             let sources = tile.edge_sources(side).filter(|source| source.is_wall()).count();
             assert!(sources < 1000 && (tile.is_constraint(side) || !tile.is_wall(side)));
         }

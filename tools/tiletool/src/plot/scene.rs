@@ -3,7 +3,7 @@
 use std::collections::BinaryHeap;
 
 use anyhow::ensure;
-use delaunay_tiles::geometry::{Point, Rect};
+use delaunay_tiles::geometry::{HalfEdge, Point, Rect};
 use delaunay_tiles::mesh::{EngineKind, Triangulation};
 use delaunay_tiles::store::{Tile, TileReader, VertexId};
 use distributions::mix;
@@ -94,9 +94,9 @@ impl Scene {
                 for (corner, vertex) in corners.iter_mut().zip(tile.vertices(triangle)) {
                     *corner = number(&tile, vertex.id)?;
                 }
-                for side in (0..3).filter(|&s| tile.is_constraint(3 * triangle + s)) {
+                for side in (0..3).filter(|&s| tile.is_constraint(HalfEdge::new(triangle, s))) {
                     let [a, b] = [side, (side + 1) % 3].map(|s| corners[s as usize]);
-                    let edges = match tile.is_wall(3 * triangle + side) {
+                    let edges = match tile.is_wall(HalfEdge::new(triangle, side)) {
                         true => &mut walls,
                         false => &mut constraints,
                     };
