@@ -118,8 +118,7 @@ impl Chart {
         for (line, place) in self.lines.iter().zip(0..) {
             let (left, middle) = (right + 22.0, TOP + 12.0 + 24.0 * f64::from(place));
             let mut sign = Path::default();
-            sign.move_to((left, middle));
-            sign.line_to((left + SIGN - 8.0, middle));
+            sign.line([(left, middle), (left + SIGN - 8.0, middle)]);
             draw_paths(&mut svg, &[(&sign, line_style(line))]);
             svg.text((left + SIGN, middle + 5.0), TEXT, Anchor::Start, &fill(INK), &line.name);
         }
@@ -315,18 +314,14 @@ fn draw_axes(svg: &mut Svg, (x_label, x): (&str, &Scale), (y_label, y): (&str, &
     let (left, right, bottom, top) = (x.start, x.end, y.start, y.end);
     let (mut grid, mut frame) = (Path::default(), Path::default());
     for (pixel, text) in x.ticks() {
-        grid.move_to((pixel, bottom));
-        grid.line_to((pixel, top));
+        grid.line([(pixel, bottom), (pixel, top)]);
         svg.text((pixel, bottom + 22.0), TEXT, Anchor::Middle, &fill(INK), &text);
     }
     for (pixel, text) in y.ticks() {
-        grid.move_to((left, pixel));
-        grid.line_to((right, pixel));
+        grid.line([(left, pixel), (right, pixel)]);
         svg.text((left - 10.0, pixel + 0.36 * TEXT), TEXT, Anchor::End, &fill(INK), &text);
     }
-    frame.move_to((left, top));
-    frame.line_to((left, bottom));
-    frame.line_to((right, bottom));
+    frame.line([(left, top), (left, bottom), (right, bottom)]);
     let line = |colour: &str, width: f64| format!("{LINES} {}", stroke(colour, width));
     draw_paths(svg, &[(&grid, line(GRID, 1.0)), (&frame, line(INK, 1.2))]);
     let middle = (left + right) / 2.0;
@@ -339,19 +334,13 @@ fn draw_axes(svg: &mut Svg, (x_label, x): (&str, &Scale), (y_label, y): (&str, &
 fn draw_line(svg: &mut Svg, line: &Line, x: &Scale, y: &Scale) {
     let places = line.points.iter();
     let pixels: Vec<_> = places.filter_map(|&(a, b)| x.pixel(a).zip(y.pixel(b))).collect();
-    let (mut path, mut dots, mut crosses) = (Path::default(), Path::default(), Path::default());
-    for (place, &pixel) in pixels.iter().enumerate() {
-        match place {
-            0 => path.move_to(pixel),
-            _ => path.line_to(pixel),
-        }
-        dots.disc(pixel, 3.6);
-    }
+    let (mut path, mut crosses) = (Path::default(), Path::default());
+    path.line(pixels.iter().copied());
+    let dots = Path::discs(pixels, 3.6);
     for pixel in line.failures.iter().filter_map(|&value| x.pixel(value)) {
         let (middle, arm) = (y.end + 12.0, 7.0);
         for slope in [-1.0, 1.0] {
-            crosses.move_to((pixel - arm, middle - slope * arm));
-            crosses.line_to((pixel + arm, middle + slope * arm));
+            crosses.line([-arm, arm].map(|step| (pixel + step, middle + slope * step)));
         }
     }
     let colour = COLOURS[line.colour % COLOURS.len()];

@@ -6,7 +6,8 @@ use std::collections::HashMap;
 
 use delaunay_tiles::geometry::{Point, Rect};
 
-use tiletool::plot::map::{Entry, Sign, draw_axes, draw_frame, draw_legend};
+use tiletool::plot::legend::{Legend, Sign};
+use tiletool::plot::map::{draw_axes, draw_frame};
 use tiletool::plot::page::Page;
 use tiletool::plot::style::{LINES, PAPER, fill, stroke};
 use tiletool::plot::svg::{Path, Svg};
@@ -46,26 +47,31 @@ impl Figure {
     pub fn draw(&self) -> anyhow::Result<String> {
         let page = Page::new(self.bounds)?;
         let mut svg = Svg::new(page.width, page.height, &self.title);
-        let mut legend = Vec::new();
+        let mut legend = Legend::default();
         draw_frame(&mut svg, &page, PAPER, [&self.title, &self.caption], |svg| {
             svg.in_units(LINES, |svg| {
                 for layer in &self.layers {
                     let sign = layer.draw(svg, &page);
                     if !layer.name.is_empty() {
-                        legend.push(Entry { sign, text: layer.name });
+                        legend.add(sign, layer.name);
                     }
                 }
             });
         });
         draw_axes(&mut svg, &page);
-        draw_legend(&mut svg, &legend, (page.frame.min_x, page.frame.max_y + 58.0));
+        legend.draw(&mut svg, (page.frame.min_x, page.frame.max_y + 58.0));
         Ok(svg.finish())
     }
 }
 
 impl Layer {
+    /// Lines so many pixels wide.
+    pub fn edges(name: &'static str, colour: &'static str, edges: Vec<[Point; 2]>, width: f64) -> Self {
+        let shape = Shape::Edges(edges, width);
+        Self { name, colour, shape }
+    }
+
     fn draw(&self, svg: &mut Svg, page: &Page) -> Sign {
-        let mut path = Path::default();
         match &self.shape {
             Shape::Edges(edges, width) => {
                 let mut numbers = HashMap::new();
@@ -77,22 +83,19 @@ impl Layer {
                     })
                 };
                 let edges: Vec<_> = edges.iter().map(|edge| edge.map(&mut number)).collect();
+                let mut path = Path::default();
                 path.trails(&pixels, &edges);
                 svg.path(&path, &stroke(self.colour, *width));
                 Sign::Line(self.colour, width.max(0.9))
             }
             Shape::Triangles(triangles) => {
-                for corners in triangles {
-                    path.polygon(corners.map(|corner| page.pixel(corner)));
-                }
-                svg.path(&path, &fill(self.colour));
+                let triangles = triangles.iter().map(|t| t.map(|corner| page.pixel(corner)));
+                svg.path(&Path::polygons(triangles), &fill(self.colour));
                 Sign::Patch(self.colour)
             }
             Shape::Dots(dots, radius) => {
-                for &dot in dots {
-                    path.disc(page.pixel(dot), *radius);
-                }
-                svg.path(&path, &fill(self.colour));
+                let dots = dots.iter().map(|&dot| page.pixel(dot));
+                svg.path(&Path::discs(dots, *radius), &fill(self.colour));
                 Sign::Dot(self.colour)
             }
         }

@@ -42,129 +42,34 @@ pub async fn figures(
 ) -> anyhow::Result<Figures> {
     let scene = Scene::gather(reader).await?;
     if scene.thinned {
-        let note = format!(
-            "The file has {} vertices, too many for pictures.",
-            thousands(reader.directory().metadata.vertices)
-        );
+        let vertices = thousands(reader.directory().metadata.vertices);
         return Ok(Figures {
             drawn: Vec::new(),
-            notes: vec![note],
+            notes: vec![format!("The file has {vertices} vertices, too many for pictures.")],
         });
     }
-    let map = Map::new(&scene);
-    let mut figures = Figures {
-        drawn: Vec::new(),
-        notes: Vec::new(),
-    };
-    let mut add = |stem, title: &str, caption: String, layers| {
-        let figure = Figure {
-            title: format!("{title}: {name}"),
-            caption,
-            bounds: scene.bounds,
-            layers,
-        };
-        figures.drawn.push(Named { stem, figure });
-    };
-    let counted = |edges: usize| format!("{} edges", thousands(edges as u64));
-    let caption = format!(
-        "{} vertices, {} walls",
-        thousands(map.points.len() as u64),
-        thousands(map.walls.len() as u64)
-    );
-    add("islands", "Obstacles", caption, vec![map.land(), map.shore(1.0)]);
-    let is_small = map.points.len() as u64 <= graph_vertices;
-    if is_small {
-        let sights = sights(reader, map.points, at_once).await?;
-        let caption = format!("{} pairs of vertices see each other", thousands(sights.len() as u64));
-        let lines = Layer {
-            name: "lines of sight",
-            colour: SIGHT,
-            shape: Shape::Edges(sights, 0.15),
-        };
-        add(
-            "visibility",
-            "Visibility graph",
-            caption,
-            vec![map.land(), lines, map.shore(0.8)],
-        );
-    }
-    let free = map.free_edges();
-    let caption = format!(
-        "constrained Delaunay triangulation, {} that are no walls",
-        counted(free.len())
-    );
-    let edges = Layer {
-        name: "edges",
-        colour: EDGE,
-        shape: Shape::Edges(free, 0.6),
-    };
-    add(
-        "triangulation",
-        "Free space",
-        caption,
-        vec![edges, map.land(), map.shore(1.0)],
-    );
-    // Everybody's first pair: the same source for both trees.
-    if let Some(&Pair { from, .. }) = drawn.pairs.first() {
-        let source = |layers: Vec<Layer>| {
-            let dot = Layer {
-                name: "source",
-                colour: SITE,
-                shape: Shape::Dots(vec![from], 6.0),
-            };
-            layers.into_iter().chain([dot]).collect()
-        };
-        for (stem, title, edges, colour) in [
-            (
-                "tree-geodesic",
-                "Tree of shortest paths",
-                tree(reader, from).await?,
-                WAVE,
-            ),
-            (
-                "tree-cdt",
-                "Tree of shortest ways along edges",
-                tree_along(reader, from).await?,
-                ALONG,
-            ),
-        ] {
-            let caption = format!("from ({}, {}), {}", from.x, from.y, counted(edges.len()));
-            let lines = Layer {
-                name: "shortest paths",
-                colour,
-                shape: Shape::Edges(edges, 0.9),
-            };
-            add(stem, title, caption, source(vec![map.land(), map.shore(0.5), lines]));
-        }
-    }
-    if let Some(worst) = worst(&drawn.pairs) {
-        let [path, along] = ways(reader, worst).await?;
-        let around = Rect::around(path.iter().chain(&along).flatten().copied());
-        let caption = format!(
-            "ratio {:.4}: {:.6} along edges, {:.6} by the shortest path",
-            worst.ratio(),
-            worst.cdt,
-            worst.geodesic
-        );
-        let layers =
-            [("along edges", ALONG, along), ("shortest path", WAVE, path)].map(|(name, colour, edges)| Layer {
-                name,
-                colour,
-                shape: Shape::Edges(edges, 2.0),
-            });
-        let layers = [map.land(), map.shore(0.5)].into_iter().chain(layers).collect();
-        add("worst", "The pair with the largest ratio", caption, layers);
-        if let Some(last) = figures.drawn.last_mut() {
-            last.figure.bounds = around;
-        }
-    }
-    if !is_small {
-        figures.notes.push(format!(
+    let map = Map::new(reader, name, &scene);
+    let (mut figures, mut notes) = (vec![map.islands()], Vec::new());
+    if map.points.len() as u64 <= graph_vertices {
+        figures.push(map.visibility(at_once).await?);
+    } else {
+        notes.push(format!(
             "The visibility graph of {} vertices is not drawn; `--graph-vertices` draws it.",
             thousands(map.points.len() as u64)
         ));
     }
-    Ok(figures)
+    figures.push(map.triangulation());
+    // Everybody's first pair: the same source for both trees.
+    if let Some(&Pair { from, .. }) = drawn.pairs.first() {
+        let (edges, title) = (tree(reader, from).await?, "Tree of shortest paths");
+        figures.push(map.tree("tree-geodesic", title, from, edges, WAVE));
+        let (edges, title) = (tree_along(reader, from).await?, "Tree of shortest ways along edges");
+        figures.push(map.tree("tree-cdt", title, from, edges, ALONG));
+    }
+    if let Some(worst) = worst(&drawn.pairs) {
+        figures.push(map.both_ways(worst).await?);
+    }
+    Ok(Figures { drawn: figures, notes })
 }
 
 /// The pair with the largest ratio.
@@ -172,8 +77,10 @@ pub fn worst(pairs: &[Pair]) -> Option<&Pair> {
     pairs.iter().max_by(|a, b| a.ratio().total_cmp(&b.ratio()))
 }
 
-/// A scene in places.
+/// A scene in places, of which figures are drawn.
 struct Map<'a> {
+    reader: &'a TileReader,
+    name: &'a str,
     points: &'a [Point],
     holes: Vec<[Point; 3]>,
     walls: Vec<[Point; 2]>,
@@ -181,14 +88,94 @@ struct Map<'a> {
 }
 
 impl<'a> Map<'a> {
-    fn new(scene: &'a Scene) -> Self {
+    fn new(reader: &'a TileReader, name: &'a str, scene: &'a Scene) -> Self {
         let at = |corner: u32| scene.points[corner as usize];
         Self {
+            reader,
+            name,
             points: &scene.points,
             holes: scene.holes.iter().map(|corners| corners.map(at)).collect(),
             walls: scene.walls.iter().map(|ends| ends.map(at)).collect(),
             scene,
         }
+    }
+
+    /// A figure of the whole scene.
+    fn figure(&self, stem: &'static str, title: &str, caption: String, layers: Vec<Layer>) -> Named {
+        let figure = Figure {
+            title: format!("{title}: {}", self.name),
+            caption,
+            bounds: self.scene.bounds,
+            layers,
+        };
+        Named { stem, figure }
+    }
+
+    fn islands(&self) -> Named {
+        let [vertices, walls] = [self.points.len(), self.walls.len()].map(|count| thousands(count as u64));
+        let layers = vec![self.land(), self.shore(1.0)];
+        self.figure(
+            "islands",
+            "Obstacles",
+            format!("{vertices} vertices, {walls} walls"),
+            layers,
+        )
+    }
+
+    async fn visibility(&self, at_once: usize) -> anyhow::Result<Named> {
+        let sights = sights(self.reader, self.points, at_once).await?;
+        let caption = format!("{} pairs of vertices see each other", thousands(sights.len() as u64));
+        let lines = Layer::edges("lines of sight", SIGHT, sights, 0.15);
+        let layers = vec![self.land(), lines, self.shore(0.8)];
+        Ok(self.figure("visibility", "Visibility graph", caption, layers))
+    }
+
+    fn triangulation(&self) -> Named {
+        let free = self.free_edges();
+        let caption = format!(
+            "constrained Delaunay triangulation, {} edges that are no walls",
+            thousands(free.len() as u64)
+        );
+        let edges = Layer::edges("edges", EDGE, free, 0.6);
+        let layers = vec![edges, self.land(), self.shore(1.0)];
+        self.figure("triangulation", "Free space", caption, layers)
+    }
+
+    /// A tree of ways from a place.
+    fn tree(
+        &self,
+        stem: &'static str,
+        title: &str,
+        from: Point,
+        edges: Vec<[Point; 2]>,
+        colour: &'static str,
+    ) -> Named {
+        let caption = format!("from ({}, {}), {} edges", from.x, from.y, thousands(edges.len() as u64));
+        let lines = Layer::edges("shortest paths", colour, edges, 0.9);
+        let source = Layer {
+            name: "source",
+            colour: SITE,
+            shape: Shape::Dots(vec![from], 6.0),
+        };
+        self.figure(stem, title, caption, vec![self.land(), self.shore(0.5), lines, source])
+    }
+
+    /// The shortest path between a pair, and the shortest way along edges, with nothing but what is around them.
+    async fn both_ways(&self, pair: &Pair) -> anyhow::Result<Named> {
+        let [path, along] = ways(self.reader, pair).await?;
+        let bounds = Rect::around(path.iter().chain(&along).flatten().copied());
+        let caption = format!(
+            "ratio {:.4}: {:.6} along edges, {:.6} by the shortest path",
+            pair.ratio(),
+            pair.cdt,
+            pair.geodesic
+        );
+        let along = Layer::edges("along edges", ALONG, along, 2.0);
+        let path = Layer::edges("shortest path", WAVE, path, 2.0);
+        let layers = vec![self.land(), self.shore(0.5), along, path];
+        let mut named = self.figure("worst", "The pair with the largest ratio", caption, layers);
+        named.figure.bounds = bounds;
+        Ok(named)
     }
 
     fn land(&self) -> Layer {
@@ -200,11 +187,7 @@ impl<'a> Map<'a> {
     }
 
     fn shore(&self, width: f64) -> Layer {
-        Layer {
-            name: "walls",
-            colour: SHORE,
-            shape: Shape::Edges(self.walls.clone(), width),
-        }
+        Layer::edges("walls", SHORE, self.walls.clone(), width)
     }
 
     /// Edges that are no walls and do not lie in a hole.

@@ -4,6 +4,7 @@ use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::store::{Directory, KdNode};
 
 use super::axis::{TICK_TEXT, fitted_text, text_width};
+use super::legend::{Legend, Sign};
 use super::page::Page;
 use super::scene::Scene;
 use super::style::{CONSTRAINT, EDGE, EDGE_THINNED, GREY, HOLE, INK, LINES, PAPER, SITE, WALL, fill, stroke};
@@ -27,17 +28,17 @@ const NAME: usize = 70;
 pub fn draw(name: &str, directory: &Directory, scene: &Scene, page: &Page) -> String {
     let name = middle_cut(name);
     let mut svg = Svg::new(page.width, page.height, &name);
-    let mut legend = Vec::new();
+    let mut legend = Legend::default();
     draw_frame(&mut svg, page, PAPER, [&name, &subtitle(directory)], |svg| {
         svg.in_units(LINES, |svg| {
-            legend = draw_mesh(svg, scene, page);
-            legend.extend(draw_cells(svg, directory, page));
+            draw_mesh(svg, &mut legend, scene, page);
+            draw_cells(svg, &mut legend, directory, page);
         });
         draw_labels(svg, directory, page);
     });
     draw_axes(&mut svg, page);
     let f = page.frame;
-    draw_legend(&mut svg, &legend, (f.min_x, f.max_y + 58.0));
+    legend.draw(&mut svg, (f.min_x, f.max_y + 58.0));
     svg.text(
         (f.min_x, f.max_y + 88.0),
         15.0,
@@ -77,49 +78,48 @@ pub fn draw_frame(
     ));
 }
 
-/// A sign and what it stands for.
-pub struct Entry {
-    pub sign: Sign,
-    pub text: &'static str,
-}
-
-pub enum Sign {
-    Line(&'static str, f64),
-    Dot(&'static str),
-    Patch(&'static str),
-}
-
 /// Draws triangles and points.
-fn draw_mesh(svg: &mut Svg, scene: &Scene, page: &Page) -> Vec<Entry> {
-    let mut legend = Vec::new();
+fn draw_mesh(svg: &mut Svg, legend: &mut Legend, scene: &Scene, page: &Page) {
     let pixels: Vec<_> = scene.points.iter().map(|&p| page.pixel(p)).collect();
     for (triangles, colour, text) in [
         (&scene.border, BORDER, "border triangles"),
         (&scene.holes, HOLE, "holes"),
     ] {
         if !triangles.is_empty() {
-            let mut path = Path::default();
-            for corners in triangles {
-                path.polygon(corners.map(|corner| pixels[corner as usize]));
-            }
-            svg.path(&path, &fill(colour));
-            let sign = Sign::Patch(colour);
-            legend.push(Entry { sign, text });
+            let path = Path::polygons(triangles.iter().map(|t| t.map(|corner| pixels[corner as usize])));
+            legend.path(svg, &path, &fill(colour), Sign::Patch(colour), text);
         }
     }
     // The finer the mesh, the finer its lines.
     let (width, height) = scene.bounds.size();
     let area = page.length(width) * page.length(height);
     let spacing = (area / pixels.len().max(1) as f64).sqrt();
-    let (colour, width, text) = if scene.thinned {
-        (EDGE_THINNED, (0.05 * spacing).clamp(0.5, 0.8), "edges, thinned")
-    } else {
-        (EDGE, (0.045 * spacing).clamp(0.4, 1.1), "edges")
+    draw_edges(svg, legend, scene, &pixels, spacing);
+    if pixels.len() <= DOTS || scene.triangles == 0 {
+        let radius = match pixels.len() {
+            ..=100 => 3.5,
+            101..=DOTS => (0.06 * spacing).clamp(1.4, 3.5),
+            _ => 1.0,
+        };
+        let path = Path::discs(pixels.iter().copied(), radius);
+        if !path.is_empty() {
+            legend.path(svg, &path, &fill(INK), Sign::Dot(INK), "vertices");
+        }
+    }
+    if !scene.sites.is_empty() {
+        let path = Path::discs(scene.sites.iter().map(|&site| pixels[site as usize]), 4.5);
+        legend.path(svg, &path, &fill(SITE), Sign::Dot(SITE), "sites");
+    }
+}
+
+fn draw_edges(svg: &mut Svg, legend: &mut Legend, scene: &Scene, pixels: &[(f64, f64)], spacing: f64) {
+    let (colour, width, text) = match scene.thinned {
+        true => (EDGE_THINNED, (0.05 * spacing).clamp(0.5, 0.8), "edges, thinned"),
+        false => (EDGE, (0.045 * spacing).clamp(0.4, 1.1), "edges"),
     };
-    let others = if scene.walls.is_empty() {
-        "constraints"
-    } else {
-        "break lines"
+    let others = match scene.walls.is_empty() {
+        true => "constraints",
+        false => "break lines",
     };
     for (edges, colour, width, text) in [
         (&scene.edges, colour, width, text),
@@ -129,46 +129,20 @@ fn draw_mesh(svg: &mut Svg, scene: &Scene, page: &Page) -> Vec<Entry> {
     ] {
         if !edges.is_empty() {
             let mut path = Path::default();
-            path.trails(&pixels, edges);
-            svg.path(&path, &stroke(colour, width));
-            let sign = Sign::Line(colour, width.max(0.9));
-            legend.push(Entry { sign, text });
+            path.trails(pixels, edges);
+            legend.path(
+                svg,
+                &path,
+                &stroke(colour, width),
+                Sign::Line(colour, width.max(0.9)),
+                text,
+            );
         }
     }
-    if pixels.len() <= DOTS || scene.triangles == 0 {
-        let mut path = Path::default();
-        let radius = match pixels.len() {
-            ..=100 => 3.5,
-            101..=DOTS => (0.06 * spacing).clamp(1.4, 3.5),
-            _ => 1.0,
-        };
-        for &pixel in &pixels {
-            path.disc(pixel, radius);
-        }
-        svg.path(&path, &fill(INK));
-        if !pixels.is_empty() {
-            legend.push(Entry {
-                sign: Sign::Dot(INK),
-                text: "vertices",
-            });
-        }
-    }
-    if !scene.sites.is_empty() {
-        let mut path = Path::default();
-        for &site in &scene.sites {
-            path.disc(pixels[site as usize], 4.5);
-        }
-        svg.path(&path, &fill(SITE));
-        legend.push(Entry {
-            sign: Sign::Dot(SITE),
-            text: "sites",
-        });
-    }
-    legend
 }
 
 /// Draws the cuts of the k-d tree, which are the cells' sides, each once.
-fn draw_cells(svg: &mut Svg, directory: &Directory, page: &Page) -> Option<Entry> {
+fn draw_cells(svg: &mut Svg, legend: &mut Legend, directory: &Directory, page: &Page) {
     let tree = &directory.tree;
     let mut path = Path::default();
     for (node, cell) in tree.nodes().iter().zip(tree.node_cells()) {
@@ -180,28 +154,23 @@ fn draw_cells(svg: &mut Svg, directory: &Directory, page: &Page) -> Option<Entry
         match *node {
             KdNode::X { cut, .. } if width >= NARROWEST => {
                 let (x, _) = page.pixel(Point::new(cut, 0.0));
-                path.move_to((x, seen.min_y));
-                path.line_to((x, seen.max_y));
+                path.line([(x, seen.min_y), (x, seen.max_y)]);
             }
             KdNode::Y { cut, .. } if height >= NARROWEST => {
                 let (_, y) = page.pixel(Point::new(0.0, cut));
-                path.move_to((seen.min_x, y));
-                path.line_to((seen.max_x, y));
+                path.line([(seen.min_x, y), (seen.max_x, y)]);
             }
             _ => {}
         }
     }
     if tree.tiles() < 2 {
-        return None;
+        return;
     }
     let (width, height) = page.frame.size();
     let size = (width * height / f64::from(tree.tiles())).sqrt();
     let line = (size / 70.0).clamp(0.4, 1.8);
-    svg.path(&path, &stroke(CELL, line));
-    Some(Entry {
-        sign: Sign::Line(CELL, line.max(0.9)),
-        text: "cells of the tiles",
-    })
+    let sign = Sign::Line(CELL, line.max(0.9));
+    legend.path(svg, &path, &stroke(CELL, line), sign, "cells of the tiles");
 }
 
 /// Writes the tiles' numbers into their cells, where they find room.
@@ -235,17 +204,13 @@ pub fn draw_axes(svg: &mut Svg, page: &Page) {
     let f = page.frame;
     let (x, y) = ((f.min_x + f.max_x) / 2.0, (f.min_y + f.max_y) / 2.0);
     let mut path = Path::default();
-    let tick = |path: &mut Path, from: (f64, f64), to: (f64, f64)| {
-        path.move_to(from);
-        path.line_to(to);
-    };
     for (at, _) in &page.x_axis.ticks {
-        tick(&mut path, (x + at, f.max_y), (x + at, f.max_y + 6.0));
-        tick(&mut path, (x + at, f.min_y), (x + at, f.min_y + 6.0));
+        path.line([(x + at, f.max_y), (x + at, f.max_y + 6.0)]);
+        path.line([(x + at, f.min_y), (x + at, f.min_y + 6.0)]);
     }
     for (at, _) in &page.y_axis.ticks {
-        tick(&mut path, (f.min_x - 6.0, y - at), (f.min_x, y - at));
-        tick(&mut path, (f.max_x - 6.0, y - at), (f.max_x, y - at));
+        path.line([(f.min_x - 6.0, y - at), (f.min_x, y - at)]);
+        path.line([(f.max_x - 6.0, y - at), (f.max_x, y - at)]);
     }
     svg.in_units("", |svg| svg.path(&path, &stroke(INK, 1.2)));
     for (at, label) in &page.x_axis.ticks {
@@ -259,25 +224,6 @@ pub fn draw_axes(svg: &mut Svg, page: &Page) {
             &fill(INK),
             label,
         );
-    }
-}
-
-pub fn draw_legend(svg: &mut Svg, entries: &[Entry], (mut x, y): (f64, f64)) {
-    let (middle, size) = (y - 5.0, 15.0);
-    for Entry { sign, text } in entries {
-        let end = x + 30.0;
-        svg.raw(&match *sign {
-            Sign::Line(colour, width) => {
-                format!("<path d=\"M{x:.1} {middle}h30\" stroke=\"{colour}\" stroke-width=\"{width:.1}\"/>")
-            }
-            Sign::Dot(colour) => format!("<circle cx=\"{:.1}\" cy=\"{middle}\" r=\"3.5\" fill=\"{colour}\"/>", x + 24.0),
-            Sign::Patch(colour) => format!(
-                "<rect x=\"{x:.1}\" y=\"{}\" width=\"30\" height=\"14\" fill=\"{colour}\" stroke=\"{EDGE}\" stroke-width=\"0.6\"/>",
-                middle - 7.0
-            ),
-        });
-        svg.text((end + 9.0, y), size, Anchor::Start, &fill(INK), text);
-        x = end + 9.0 + text_width(text, size) + 32.0;
     }
 }
 

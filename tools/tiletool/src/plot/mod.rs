@@ -4,6 +4,7 @@
 //! a large one, which no picture could show and which may exceed memory, the triangulation of a sample of its vertices.
 
 pub mod axis;
+pub mod legend;
 pub mod map;
 pub mod page;
 pub mod png;

@@ -4,7 +4,8 @@ use delaunay_tiles::geometry::{HalfEdge, Point, Rect};
 use delaunay_tiles::mesh::Twin;
 use delaunay_tiles::store::{Tile, TileId, TileReader};
 
-use super::map::{Entry, Sign, draw_axes, draw_frame, draw_legend, middle_cut};
+use super::legend::{Legend, Sign};
+use super::map::{draw_axes, draw_frame, middle_cut};
 use super::page::Page;
 use super::style::{CONSTRAINT, EDGE_THINNED, GREY, HOLE, INK, LINES, PAPER, SITE, WALL, fill, stroke};
 use super::svg::{Anchor, Path, Svg};
@@ -74,6 +75,7 @@ impl Overlay {
 /// What lies in the frame, as paths.
 #[derive(Default)]
 struct Ground {
+    exterior_is_hole: bool,
     triangles: u64,
     free: Path,
     holes: Path,
@@ -84,9 +86,13 @@ struct Ground {
 
 impl Ground {
     async fn gather(reader: &TileReader, page: &Page) -> anyhow::Result<Self> {
-        let mut this = Self::default();
+        let directory = reader.directory();
+        let mut this = Self {
+            exterior_is_hole: directory.metadata.exterior_is_hole,
+            ..Self::default()
+        };
         let view = page.view();
-        let tiles = reader.directory().tiles.iter().zip(0..);
+        let tiles = directory.tiles.iter().zip(0..);
         let seen: Vec<TileId> = tiles
             .filter(|(entry, _)| entry.bounds.intersects(view))
             .map(|(_, id)| TileId(id))
@@ -125,14 +131,13 @@ impl Ground {
                     Twin::HalfEdge(twin) => tile.is_hole(twin.triangle()) != is_hole,
                     Twin::Hull | Twin::Elsewhere => is_hole,
                 };
-            let line = match (tile.is_constraint(side), blocks) {
+            let path = match (tile.is_constraint(side), blocks) {
                 (false, _) if is_hole || self.triangles > MESH => continue,
                 (false, _) => &mut self.edges,
                 (true, true) => &mut self.walls,
                 (true, false) => &mut self.breaks,
             };
-            line.move_to(pixels[s]);
-            line.line_to(pixels[e]);
+            path.line([pixels[s], pixels[e]]);
         }
     }
 }
@@ -142,37 +147,37 @@ pub async fn draw(reader: &TileReader, name: &str, overlay: &Overlay, page: &Pag
     let ground = Ground::gather(reader, page).await?;
     let name = middle_cut(name);
     let mut svg = Svg::new(page.width, page.height, &name);
-    let mut legend = Vec::new();
-    let exterior_is_hole = reader.directory().metadata.exterior_is_hole;
-    let base = if exterior_is_hole { HOLE } else { PAPER };
+    let mut legend = Legend::default();
+    let base = if ground.exterior_is_hole { HOLE } else { PAPER };
     draw_frame(&mut svg, page, base, [&name, &overlay.title], |svg| {
         svg.in_units(&format!("{LINES} stroke-linecap=\"round\""), |svg| {
-            legend = draw_ground(svg, &ground, overlay, page, exterior_is_hole);
-            legend.extend(draw_found(svg, overlay, page));
+            draw_ground(svg, &mut legend, &ground, overlay, page);
+            draw_found(svg, &mut legend, overlay, page);
         });
         draw_ranks(svg, overlay, page);
     });
     draw_axes(&mut svg, page);
-    draw_legend(&mut svg, &legend, (page.frame.min_x, page.frame.max_y + 58.0));
+    legend.draw(&mut svg, (page.frame.min_x, page.frame.max_y + 58.0));
     Ok(svg.finish())
 }
 
-fn draw_ground(svg: &mut Svg, ground: &Ground, overlay: &Overlay, page: &Page, exterior_is_hole: bool) -> Vec<Entry> {
-    let mut legend = Vec::new();
-    // A thin line of its own colour closes the gaps between triangles.
-    let solid = |colour: &str| format!("{} {}", fill(colour), stroke(colour, 0.5));
-    if exterior_is_hole {
+/// The style of patches. A thin line of its own colour closes the gaps between triangles.
+fn solid(colour: &str) -> String {
+    format!("{} {}", fill(colour), stroke(colour, 0.5))
+}
+
+fn draw_ground(svg: &mut Svg, legend: &mut Legend, ground: &Ground, overlay: &Overlay, page: &Page) {
+    if ground.exterior_is_hole {
         svg.path(&ground.free, &solid(PAPER));
     }
-    let mut explored = Path::default();
-    for corners in &overlay.explored {
-        explored.polygon(corners.map(|corner| page.pixel(corner)));
-    }
+    let explored = Path::polygons(
+        overlay
+            .explored
+            .iter()
+            .map(|corners| corners.map(|corner| page.pixel(corner))),
+    );
     if !overlay.explored.is_empty() {
-        svg.path(&explored, &solid(EXPLORED));
-        let sign = Sign::Patch(EXPLORED);
-        let text = "searched";
-        legend.push(Entry { sign, text });
+        legend.path(svg, &explored, &solid(EXPLORED), Sign::Patch(EXPLORED), "searched");
     }
     if ground.triangles <= MESH {
         svg.path(
@@ -191,92 +196,63 @@ fn draw_ground(svg: &mut Svg, ground: &Ground, overlay: &Overlay, page: &Page, e
         (&ground.walls, WALL, line, "walls"),
     ] {
         if !path.is_empty() {
-            svg.path(path, &stroke(colour, width));
-            let sign = Sign::Line(colour, width);
-            legend.push(Entry { sign, text });
+            legend.path(svg, path, &stroke(colour, width), Sign::Line(colour, width), text);
         }
     }
-    if !ground.holes.is_empty() || exterior_is_hole {
-        let sign = Sign::Patch(HOLE);
-        legend.push(Entry {
-            sign,
-            text: "obstacles",
-        });
+    if !ground.holes.is_empty() || ground.exterior_is_hole {
+        legend.add(Sign::Patch(HOLE), "obstacles");
     }
-    legend
 }
 
-fn draw_found(svg: &mut Svg, overlay: &Overlay, page: &Page) -> Vec<Entry> {
-    let mut legend = Vec::new();
-    let mut areas = Path::default();
-    for ring in overlay.areas.iter().flatten() {
-        areas.polygon(ring.iter().map(|&p| page.pixel(p)));
-    }
+fn draw_found(svg: &mut Svg, legend: &mut Legend, overlay: &Overlay, page: &Page) {
+    let pixel = |&point: &Point| page.pixel(point);
+    let areas = overlay.areas.iter().flatten();
+    let areas = Path::polygons(areas.map(|ring| ring.iter().map(pixel)));
     if !areas.is_empty() {
         let style = format!(
             "{} fill-opacity=\"0.38\" fill-rule=\"evenodd\" {}",
             fill(AREA),
             stroke(AREA_EDGE, 1.6)
         );
-        svg.path(&areas, &style);
-        let sign = Sign::Patch(AREA_SEEN);
-        legend.push(Entry {
-            sign,
-            text: "within reach",
-        });
+        legend.path(svg, &areas, &style, Sign::Patch(AREA_SEEN), "within reach");
     }
     let mut paths = Path::default();
-    for path in &overlay.paths {
-        for (place, &point) in path.iter().enumerate() {
-            if place == 0 {
-                paths.move_to(page.pixel(point));
-            } else {
-                paths.line_to(page.pixel(point));
-            }
-        }
-    }
+    overlay.paths.iter().for_each(|path| paths.line(path.iter().map(pixel)));
     if !paths.is_empty() {
         let width = if overlay.paths.len() <= FEW { 2.8 } else { 1.2 };
-        svg.path(&paths, &stroke("#fff", 2.0 * width));
-        svg.path(&paths, &stroke(WAY, width));
-        let sign = Sign::Line(WAY, width);
         let text = if overlay.paths.len() == 1 { "path" } else { "paths" };
-        legend.push(Entry { sign, text });
+        svg.path(&paths, &stroke("#fff", 2.0 * width));
+        legend.path(svg, &paths, &stroke(WAY, width), Sign::Line(WAY, width), text);
     }
-    for &([from, to], number) in &overlay.intervals {
-        let mut line = Path::default();
-        line.move_to(page.pixel(from));
-        line.line_to(page.pixel(to));
-        let style = match number {
-            Some(number) => stroke(INTERVALS[number % INTERVALS.len()], 5.0),
-            None => format!("{} stroke-dasharray=\"40 60\"", stroke(GREY, 2.0)),
-        };
-        svg.path(&line, &format!("{style} stroke-linecap=\"butt\""));
-        let mut cut = Path::default();
-        cut.disc(page.pixel(from), 2.6);
-        svg.path(&cut, &fill(INK));
-    }
-    if overlay.intervals.iter().any(|(_, number)| number.is_some()) {
-        let sign = Sign::Line(INTERVALS[0], 5.0);
-        legend.push(Entry {
-            sign,
-            text: "same nearest sites",
-        });
-    }
+    draw_intervals(svg, legend, overlay, page);
     for (points, colour, radius, text) in [
         (&overlay.sites, SITE, 5.0, "sites found"),
         (&overlay.ends, WAY, 6.5, "to"),
         (&overlay.starts, START, 6.5, "from"),
     ] {
-        let mut discs = Path::default();
-        points.iter().for_each(|&point| discs.disc(page.pixel(point), radius));
-        if !discs.is_empty() {
-            svg.path(&discs, &format!("{} {}", fill(colour), stroke("#fff", 1.5)));
-            let sign = Sign::Dot(colour);
-            legend.push(Entry { sign, text });
+        if !points.is_empty() {
+            let style = format!("{} {}", fill(colour), stroke("#fff", 1.5));
+            let discs = Path::discs(points.iter().map(pixel), radius);
+            legend.path(svg, &discs, &style, Sign::Dot(colour), text);
         }
     }
-    legend
+}
+
+fn draw_intervals(svg: &mut Svg, legend: &mut Legend, overlay: &Overlay, page: &Page) {
+    for &(ends, number) in &overlay.intervals {
+        let ends = ends.map(|end| page.pixel(end));
+        let mut interval = Path::default();
+        interval.line(ends);
+        let style = match number {
+            Some(number) => stroke(INTERVALS[number % INTERVALS.len()], 5.0),
+            None => format!("{} stroke-dasharray=\"40 60\"", stroke(GREY, 2.0)),
+        };
+        svg.path(&interval, &format!("{style} stroke-linecap=\"butt\""));
+        svg.path(&Path::discs([ends[0]], 2.6), &fill(INK));
+    }
+    if overlay.intervals.iter().any(|(_, number)| number.is_some()) {
+        legend.add(Sign::Line(INTERVALS[0], 5.0), "same nearest sites");
+    }
 }
 
 /// Writes which site is the how manieth, if they are few.

@@ -5,7 +5,7 @@ use std::collections::BinaryHeap;
 use anyhow::ensure;
 use delaunay_tiles::geometry::{HalfEdge, Point, Rect};
 use delaunay_tiles::mesh::{EngineKind, Triangulation};
-use delaunay_tiles::store::{Tile, TileReader, VertexId};
+use delaunay_tiles::store::{Tile, TileEdge, TileReader, Vertex};
 use distributions::mix;
 use futures::TryStreamExt;
 
@@ -44,102 +44,95 @@ impl Scene {
     /// Reads the tiles one after the other, and keeps a bounded part of them.
     pub async fn gather(reader: &TileReader) -> anyhow::Result<Self> {
         let m = &reader.directory().metadata;
-        let mut scene = if m.triangles <= WHOLE && m.vertices <= WHOLE {
-            Self::whole(reader).await?
+        if m.triangles <= WHOLE && m.vertices <= WHOLE {
+            Self::whole(reader).await
         } else {
-            Self::sample(reader).await?
-        };
-        // The picture's frame must not depend on which points a sample has.
-        scene.bounds = m.bounds;
-        Ok(scene)
+            Self::sample(reader).await
+        }
+    }
+
+    /// Without anything in it. The picture's frame must not depend on which points a sample has.
+    fn empty(reader: &TileReader) -> Self {
+        Self {
+            points: Vec::new(),
+            bounds: reader.directory().metadata.bounds,
+            edges: Vec::new(),
+            constraints: Vec::new(),
+            walls: Vec::new(),
+            outline: Vec::new(),
+            border: Vec::new(),
+            holes: Vec::new(),
+            sites: Vec::new(),
+            triangles: 0,
+            thinned: false,
+        }
     }
 
     async fn whole(reader: &TileReader) -> anyhow::Result<Self> {
-        let directory = reader.directory();
-        let first_of = directory.tiles.iter().scan(0u32, |next, entry| {
-            let first = *next;
-            *next += entry.vertices;
-            Some(first)
-        });
-        let first_of: Vec<u32> = first_of.collect();
-        let number = |tile: &Tile, id: VertexId| {
-            let owner = id.tile.0 as usize;
-            let known = directory.tiles.get(owner).is_some_and(|t| id.index < t.vertices);
-            ensure!(
-                known,
-                "{}: tile {} names vertex {id}, which is not there",
-                reader.name(),
-                tile.id()
-            );
-            Ok(first_of[owner] + id.index)
-        };
-        let limit = directory.metadata.triangles as usize;
-        let mut points = Vec::new();
-        let (mut triangles, mut border, mut holes) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut constraints, mut walls, mut sites) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut scene, numbers) = (Self::empty(reader), Numbers::new(reader));
+        let limit = reader.directory().metadata.triangles as usize;
+        let mut triangles = Vec::new();
         let mut tiles = reader.tiles();
         while let Some(tile) = tiles.try_next().await? {
-            sites.extend(tile.sites().map(|site| points.len() as u32 + site.vertex));
-            points.extend(tile.points());
+            let first = scene.points.len() as u32;
+            scene.sites.extend(tile.sites().map(|site| first + site.vertex));
+            scene.points.extend(tile.points());
             // Without triangles, edges stand alone.
             for edge in tile.owned_constraints().filter(|_| tile.triangle_count() == 0) {
-                let [a, b] = tile.ends(edge).map(|vertex| number(&tile, vertex.id));
-                match tile.is_wall(edge) {
-                    true => walls.push([a?, b?]),
-                    false => constraints.push([a?, b?]),
-                }
+                let ends = numbers.of(&tile, tile.ends(edge))?;
+                scene.lines(&tile, edge).push(ends);
             }
             for triangle in tile.owned_triangles() {
-                let mut corners = [0; 3];
-                for (corner, vertex) in corners.iter_mut().zip(tile.vertices(triangle)) {
-                    *corner = number(&tile, vertex.id)?;
-                }
-                for side in (0..3).filter(|&s| tile.is_constraint(HalfEdge::new(triangle, s))) {
-                    let [a, b] = [side, (side + 1) % 3].map(|s| corners[s as usize]);
-                    let edges = match tile.is_wall(HalfEdge::new(triangle, side)) {
-                        true => &mut walls,
-                        false => &mut constraints,
-                    };
-                    edges.push([a.min(b), a.max(b)]);
-                }
+                let corners = numbers.of(&tile, tile.vertices(triangle))?;
+                scene.take_triangle(&tile, triangle, corners);
                 triangles.push(corners);
-                if triangle >= tile.core_triangle_count() {
-                    border.push(corners);
-                }
-                if tile.is_hole(triangle) {
-                    holes.push(corners);
-                }
-                let owned = triangles.len() <= limit;
                 ensure!(
-                    owned,
+                    triangles.len() <= limit,
                     "{}: tile {} has more triangles than the directory says",
                     reader.name(),
                     tile.id()
                 );
             }
         }
-        let (mut edges, mut outline) = edges_of(&triangles);
-        for lines in [&mut constraints, &mut walls] {
+        scene.join(&triangles);
+        Ok(scene)
+    }
+
+    /// The list of constraints to which an edge of a tile belongs.
+    fn lines(&mut self, tile: &Tile, edge: impl Into<TileEdge>) -> &mut Vec<[u32; 2]> {
+        match tile.is_wall(edge) {
+            true => &mut self.walls,
+            false => &mut self.constraints,
+        }
+    }
+
+    /// Takes what is to be told of a triangle: its constraints, whether it is of a border, and whether of a hole.
+    fn take_triangle(&mut self, tile: &Tile, triangle: u32, corners: [u32; 3]) {
+        let sides = (0..3).map(|side| HalfEdge::new(triangle, side));
+        for (side, place) in sides.zip(0..).filter(|&(side, _)| tile.is_constraint(side)) {
+            let [a, b] = [corners[place], corners[(place + 1) % 3]];
+            self.lines(tile, side).push([a.min(b), a.max(b)]);
+        }
+        if triangle >= tile.core_triangle_count() {
+            self.border.push(corners);
+        }
+        if tile.is_hole(triangle) {
+            self.holes.push(corners);
+        }
+    }
+
+    /// Sorts out the edges of all triangles, and what came twice.
+    fn join(&mut self, triangles: &[[u32; 3]]) {
+        self.triangles = triangles.len() as u64;
+        (self.edges, self.outline) = edges_of(triangles);
+        for lines in [&mut self.constraints, &mut self.walls] {
             lines.sort_unstable();
             lines.dedup();
-            for edges in [&mut edges, &mut outline] {
+            for edges in [&mut self.edges, &mut self.outline] {
                 edges.retain(|edge| lines.binary_search(edge).is_err());
             }
         }
-        sites.dedup();
-        Ok(Self {
-            points,
-            bounds: Rect::EMPTY,
-            edges,
-            constraints,
-            walls,
-            outline,
-            border,
-            holes,
-            sites,
-            triangles: triangles.len() as u64,
-            thinned: false,
-        })
+        self.sites.dedup();
     }
 
     /// The vertices with the smallest hashes: a sample that depends on nothing but the set of vertices.
@@ -172,17 +165,46 @@ impl Scene {
         edges.extend(outline);
         Ok(Self {
             points,
-            bounds: Rect::EMPTY,
             edges,
-            constraints: Vec::new(),
-            walls: Vec::new(),
-            outline: Vec::new(),
-            border: Vec::new(),
-            holes: Vec::new(),
-            sites: Vec::new(),
             triangles: mesh.triangles.len() as u64,
             thinned: true,
+            ..Self::empty(reader)
         })
+    }
+}
+
+/// The numbers of all vertices, tile by tile.
+struct Numbers<'a> {
+    reader: &'a TileReader,
+    /// That of the first vertex of each tile.
+    first_of: Vec<u32>,
+}
+
+impl<'a> Numbers<'a> {
+    fn new(reader: &'a TileReader) -> Self {
+        let first_of = reader.directory().tiles.iter().scan(0, |next, entry| {
+            let first = *next;
+            *next += entry.vertices;
+            Some(first)
+        });
+        let first_of = first_of.collect();
+        Self { reader, first_of }
+    }
+
+    /// The numbers of vertices that a tile names; fails if one is not there.
+    fn of<const N: usize>(&self, tile: &Tile, vertices: [Vertex; N]) -> anyhow::Result<[u32; N]> {
+        let mut numbers = [0; N];
+        for (number, Vertex { id, .. }) in numbers.iter_mut().zip(vertices) {
+            let entry = self.reader.directory().tiles.get(id.tile.0 as usize);
+            ensure!(
+                entry.is_some_and(|entry| id.index < entry.vertices),
+                "{}: tile {} names vertex {id}, which is not there",
+                self.reader.name(),
+                tile.id()
+            );
+            *number = self.first_of[id.tile.0 as usize] + id.index;
+        }
+        Ok(numbers)
     }
 }
 

@@ -133,15 +133,33 @@ impl Path {
         }
     }
 
-    /// A closed line.
-    pub fn polygon(&mut self, pixels: impl IntoIterator<Item = (f64, f64)>) {
+    /// Discs of one radius.
+    pub fn discs(centres: impl IntoIterator<Item = (f64, f64)>, radius: f64) -> Self {
+        let mut path = Self::default();
+        centres.into_iter().for_each(|centre| path.disc(centre, radius));
+        path
+    }
+
+    /// Closed lines.
+    pub fn polygons(rings: impl IntoIterator<Item = impl IntoIterator<Item = (f64, f64)>>) -> Self {
+        let mut path = Self::default();
+        rings.into_iter().for_each(|ring| path.polygon(ring));
+        path
+    }
+
+    /// A line.
+    pub fn line(&mut self, pixels: impl IntoIterator<Item = (f64, f64)>) {
         for (number, pixel) in pixels.into_iter().enumerate() {
-            if number == 0 {
-                self.move_to(pixel)
-            } else {
-                self.line_to(pixel)
+            match number {
+                0 => self.move_to(pixel),
+                _ => self.line_to(pixel),
             }
         }
+    }
+
+    /// A closed line.
+    pub fn polygon(&mut self, pixels: impl IntoIterator<Item = (f64, f64)>) {
+        self.line(pixels);
         self.close();
     }
 
