@@ -168,6 +168,11 @@ pub fn thousands(number: u64) -> String {
     groups.join(" ")
 }
 
+/// A quotient that is 0 where there is nothing to divide by.
+pub fn share(part: u64, whole: u64) -> f64 {
+    if whole == 0 { 0.0 } else { part as f64 / whole as f64 }
+}
+
 /// Bytes for people: `1.5 MiB`.
 pub fn bytes(number: u64) -> String {
     bytesize::ByteSize::b(number).display().iec().to_string()

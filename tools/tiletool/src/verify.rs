@@ -8,7 +8,7 @@ use delaunay_tiles::peak_memory;
 use serde::Serialize;
 
 use crate::against::{self, Against, Compared};
-use crate::common::{self, MemoryArgs};
+use crate::common::{self, MemoryArgs, thousands};
 use crate::input_args::InputArgs;
 use crate::lines::LineArgs;
 use crate::unchanged::Unchanged;
@@ -43,7 +43,7 @@ pub struct VerifyArgs {
     input: InputArgs,
 }
 
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct Output {
     ok: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -71,21 +71,8 @@ struct Output {
 /// Checks a file.
 pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
     let mut output = Output {
-        ok: false,
-        error: None,
-        tiles: 0,
-        vertices: 0,
-        triangles: 0,
         deep: args.deep,
-        edges: 0,
-        constraint_edges: 0,
-        regions: 0,
-        hole_regions: 0,
-        input_points: None,
-        input_segments: None,
-        input_sites: None,
-        is_split: false,
-        peak_memory_bytes: None,
+        ..Output::default()
     };
     let done = common::block_on(check(&args, &mut output)).with_context(|| common::shown(&args.file));
     output.ok = done.is_ok();
@@ -96,53 +83,48 @@ pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
         return done;
     }
     done?;
-    let thousands = common::thousands;
-    let mut text = format!(
-        "{} vertices and {} triangles in {} tiles: checksums and structure are right\n",
-        thousands(output.vertices),
-        thousands(output.triangles),
-        thousands(output.tiles)
-    );
-    if output.deep {
-        text += &match output.constraint_edges {
-            0 => format!(
-                "It is the Delaunay triangulation: {} edges proven\n",
-                thousands(output.edges)
-            ),
-            constraints => format!(
-                "It is the constrained Delaunay triangulation: {} edges proven, of which {} are constraints\n",
-                thousands(output.edges),
-                thousands(constraints)
-            ),
-        };
-    }
-    if output.regions > 0 {
-        text += &format!(
-            "{} regions end at constraints only; {} of them are holes, each for a reason\n",
-            thousands(output.regions),
-            thousands(output.hole_regions)
+    common::print(&output.text())
+}
+
+impl Output {
+    /// What was proven, for people.
+    fn text(&self) -> String {
+        let [vertices, triangles, tiles, edges] =
+            [self.vertices, self.triangles, self.tiles, self.edges].map(thousands);
+        let mut text = format!(
+            "{vertices} vertices and {triangles} triangles in {tiles} tiles: checksums and structure are right\n"
         );
-    }
-    if let Some(points) = output.input_points {
-        text += &format!(
-            "All {} points of the input are in it, and nothing else\n",
-            thousands(points)
-        );
-    }
-    if let Some(segments) = output.input_segments {
-        text += &format!(
-            "All {} segments of the input{} are chains of edges that know their line, and no other edge is a constraint\n",
-            thousands(segments),
-            match output.is_split {
+        if self.deep {
+            text += &match self.constraint_edges {
+                0 => format!("It is the Delaunay triangulation: {edges} edges proven\n"),
+                constraints => format!(
+                    "It is the constrained Delaunay triangulation: {edges} edges proven, of which {} are constraints\n",
+                    thousands(constraints)
+                ),
+            };
+        }
+        if self.regions > 0 {
+            let [regions, holes] = [self.regions, self.hole_regions].map(thousands);
+            text +=
+                &format!("{regions} regions end at constraints only; {holes} of them are holes, each for a reason\n");
+        }
+        if let Some(points) = self.input_points.map(thousands) {
+            text += &format!("All {points} points of the input are in it, and nothing else\n");
+        }
+        if let Some(segments) = self.input_segments.map(thousands) {
+            let split = match self.is_split {
                 true => ", split again where they cross each other, or borders,",
                 false => "",
-            }
-        );
+            };
+            text += &format!(
+                "All {segments} segments of the input{split} are chains of edges that know their line, and no other edge is a constraint\n"
+            );
+        }
+        if let Some(sites) = self.input_sites.filter(|&sites| sites > 0) {
+            text += &format!("All {} sites of the input are in it, and no others\n", thousands(sites));
+        }
+        text
     }
-    if let Some(sites) = output.input_sites.filter(|&sites| sites > 0) {
-        text += &format!("All {} sites of the input are in it, and no others\n", thousands(sites));
-    }
-    common::print(&text)
 }
 
 async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {

@@ -12,7 +12,7 @@ use delaunay_tiles::input::{InputError, PointBatch, PointSource, Reading, Return
 use delaunay_tiles::io::output_target;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::Source;
-use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates};
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates, Progress};
 use tokio::sync::{Notify, mpsc};
 
 use crate::allocator;
@@ -90,19 +90,7 @@ const BATCHES_AHEAD: usize = 8;
 
 /// Builds a file.
 pub fn run(args: BuildArgs) -> anyhow::Result<()> {
-    let mut options = BuildOptions::default()
-        .tile_vertices(args.tile_vertices)
-        .engine(args.engine)
-        .duplicates(args.duplicates)
-        .force(args.force)
-        .work_folder(args.tmp.clone());
-    options.threads = args
-        .threads
-        .unwrap_or_else(|| available_parallelism().map_or(1, usize::from));
-    if let Some(memory) = args.memory {
-        options.memory = memory.as_u64();
-    }
-    options.missing_z = args.missing_z.option();
+    let mut options = args.options();
     allocator::keep_to(options.memory);
     let input_options = args.input.options().missing_z(options.missing_z);
     let is_filtered = !args.input.classes.is_empty() || args.input.returns != Returns::All;
@@ -110,10 +98,6 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     let lines = args.lines.open(&args.inputs)?;
     // A .poly file is read for its points and for its segments.
     Unchanged::default().check(source.stamps().iter().chain(lines.stamps()))?;
-    options.resume = args.resume;
-    options.exterior_is_hole = args.rules.exterior_is_hole();
-    options.crossings = args.rules.crossings();
-    options.steiner = args.rules.steiner();
     let has_lines = !args.lines.is_empty(&args.inputs) || options.exterior_is_hole;
     options.resumable = source.identity().filter(|_| !has_lines);
     if args.resume && has_lines {
@@ -123,14 +107,8 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     }
     let can_resume = options.resumable.is_some();
     let progress = Arc::clone(&options.progress);
-    let of_lines: u64 = lines.stamps().map(|(_, stamp)| stamp.length).sum();
-    let total = source.total_bytes().map(|of_points| of_points + of_lines);
     let readings: Arc<[Reading]> = lines.readings().chain([source.reading()]).cloned().collect();
-    let bar = (!args.quiet && !args.json).then(|| {
-        let readings = Arc::clone(&readings);
-        let read = move || readings.iter().map(Reading::bytes).sum();
-        Bar::show(Arc::clone(&progress), Arc::new(move || (read(), total)))
-    });
+    let bar = args.bar(&source, &lines, &progress, &readings);
     let output = args.output.clone();
     let cancelled = Arc::new(Notify::new());
     let built = common::block_on(async move {
@@ -139,20 +117,11 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
             common::say("note: there is no finished work to go on from; the build starts from the beginning");
         }
         let building = build(source, lines, builder, is_filtered, Arc::clone(&cancelled));
-        tokio::pin!(building);
-        loop {
-            tokio::select! {
-                built = &mut building => break built,
-                // Whoever asks twice does not want to wait until the work lies in order.
-                _ = tokio::signal::ctrl_c() => if progress.is_cancelled() {
-                    anyhow::bail!("interrupted");
-                } else {
-                    progress.cancel();
-                    readings.iter().for_each(Reading::stop);
-                    cancelled.notify_one();
-                }
-            }
-        }
+        until_interrupted(building, &progress, || {
+            readings.iter().for_each(Reading::stop);
+            cancelled.notify_one();
+        })
+        .await
     });
     drop(bar);
     let (summary, read) = built.map_err(|error| how_to_go_on(error, &args.output, can_resume))?;
@@ -160,11 +129,76 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
         common::say(format_args!("note: {note}"));
     }
     if args.json {
-        common::print_json(&Output::new(&summary, &read))
+        common::print_json(&Output {
+            summary: &summary,
+            read: &read,
+        })
     } else if args.quiet {
         Ok(())
     } else {
         common::print(&report(&args.output, &summary, &read))
+    }
+}
+
+impl BuildArgs {
+    /// The library's options.
+    fn options(&self) -> BuildOptions {
+        let mut options = BuildOptions::default()
+            .tile_vertices(self.tile_vertices)
+            .engine(self.engine)
+            .duplicates(self.duplicates)
+            .force(self.force)
+            .work_folder(self.tmp.clone());
+        options.threads = self
+            .threads
+            .unwrap_or_else(|| available_parallelism().map_or(1, usize::from));
+        if let Some(memory) = self.memory {
+            options.memory = memory.as_u64();
+        }
+        options.missing_z = self.missing_z.option();
+        options.resume = self.resume;
+        options.exterior_is_hole = self.rules.exterior_is_hole;
+        options.crossings = self.rules.crossings;
+        options.steiner = self.rules.steiner;
+        options
+    }
+
+    /// The bar that shows how far the build is, unless nobody wants to see it.
+    fn bar(
+        &self,
+        source: &PointSource,
+        lines: &Lines,
+        progress: &Arc<Progress>,
+        readings: &Arc<[Reading]>,
+    ) -> Option<Bar> {
+        let of_lines: u64 = lines.stamps().map(|(_, stamp)| stamp.length).sum();
+        let total = source.total_bytes().map(|of_points| of_points + of_lines);
+        (!self.quiet && !self.json).then(|| {
+            let readings = Arc::clone(readings);
+            let read = move || readings.iter().map(Reading::bytes).sum();
+            Bar::show(Arc::clone(progress), Arc::new(move || (read(), total)))
+        })
+    }
+}
+
+/// Waits for a build, which Ctrl-C cancels and `stop` then wakes up.
+async fn until_interrupted<T>(
+    building: impl Future<Output = anyhow::Result<T>>,
+    progress: &Progress,
+    stop: impl Fn(),
+) -> anyhow::Result<T> {
+    tokio::pin!(building);
+    loop {
+        tokio::select! {
+            built = &mut building => break built,
+            // Whoever asks twice does not want to wait until the work lies in order.
+            _ = tokio::signal::ctrl_c() => if progress.is_cancelled() {
+                anyhow::bail!("interrupted");
+            } else {
+                progress.cancel();
+                stop();
+            }
+        }
     }
 }
 
@@ -223,14 +257,44 @@ async fn build(
     built.map_err(|error| lines.name_in(error))
 }
 
-/// Reads the points, once the lines are there.
+/// Builds from the points, once the lines are there.
 async fn build_points(
-    mut source: PointSource,
+    source: PointSource,
     mut builder: Builder,
     lines: &Lines,
     is_filtered: bool,
     cancelled: Arc<Notify>,
 ) -> anyhow::Result<(BuildSummary, Read)> {
+    let source = push_points(source, &mut builder, is_filtered, &cancelled).await?;
+    let mut read = Read::new(&source, lines);
+    let sources = source.sources().iter().map(|(name, records)| Source {
+        name: name.clone(),
+        records: *records,
+    });
+    builder.describe(Description {
+        sources: sources.collect(),
+        lines: lines.sources(),
+        crs: source.crs().map(str::to_owned),
+        memo: serde_json::to_string(&read)?,
+    });
+    let summary = builder.finish().await?;
+    if let Some(first) = summary.first_inverted {
+        read.notes.push(lines.inverted_note(summary.inverted_regions, first));
+    }
+    if summary.without_z > 0 {
+        let vertices = common::thousands(summary.without_z);
+        read.notes.push(format!("{vertices} vertices have no z, and got z = 0"));
+    }
+    Ok((summary, read))
+}
+
+/// Reads all points and gives them to the builder.
+async fn push_points(
+    mut source: PointSource,
+    builder: &mut Builder,
+    is_filtered: bool,
+    cancelled: &Notify,
+) -> anyhow::Result<PointSource> {
     let (sender, mut batches) = mpsc::channel::<PointBatch>(BATCHES_AHEAD);
     // A filter may leave few of the points that a file announces.
     if let Some(points) = source.expected_points().filter(|_| !is_filtered) {
@@ -256,46 +320,14 @@ async fn build_points(
         let Some(batch) = batch else { break };
         builder.push(&batch).await?;
     }
-    let source = match reading.await {
+    match reading.await {
         // The builder knows what becomes of its work.
         Err(error) if is_stopped(&error) => {
-            return Err(builder
-                .push(&PointBatch::default())
-                .await
-                .err()
-                .map_or(error, Into::into));
+            let pushed = builder.push(&PointBatch::default()).await;
+            Err(pushed.err().map_or(error, Into::into))
         }
-        source => source?,
-    };
-    let sources = source.sources().iter().map(|(name, records)| Source {
-        name: name.clone(),
-        records: *records,
-    });
-    let counts = source.counts();
-    let mut read = Read {
-        records: counts.records,
-        withheld: counts.withheld,
-        filtered: counts.filtered,
-        invalid: counts.invalid,
-        segments: lines.segments(),
-        input_bytes: counts.bytes_read + lines.bytes_read(),
-        notes: source.notes().iter().cloned().chain(lines.notes()).collect(),
-    };
-    builder.describe(Description {
-        sources: sources.collect(),
-        lines: lines.sources(),
-        crs: source.crs().map(str::to_owned),
-        memo: serde_json::to_string(&read)?,
-    });
-    let summary = builder.finish().await?;
-    if let Some(first) = summary.first_inverted {
-        read.notes.push(lines.inverted_note(summary.inverted_regions, first));
+        source => source,
     }
-    if summary.without_z > 0 {
-        let vertices = common::thousands(summary.without_z);
-        read.notes.push(format!("{vertices} vertices have no z, and got z = 0"));
-    }
-    Ok((summary, read))
 }
 
 #[cfg(test)]

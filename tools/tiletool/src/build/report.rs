@@ -2,10 +2,13 @@
 
 use std::path::Path;
 
-use delaunay_tiles::{BuildSummary, Phase};
-use serde::{Deserialize, Serialize};
+use delaunay_tiles::input::PointSource;
+use delaunay_tiles::{BuildSummary, Phase, Waits};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Serialize, Serializer};
 
-use crate::common;
+use crate::common::{self, bytes, share, thousands};
+use crate::lines::Lines;
 
 /// What is known of the input once it was read; a build that is resumed has it from the build before.
 #[derive(Debug, Default, Deserialize, Serialize)]
@@ -20,43 +23,25 @@ pub(super) struct Read {
     pub(super) notes: Vec<String>,
 }
 
-/// The keys of `--json`, which are stable.
-#[derive(Serialize)]
+impl Read {
+    pub(super) fn new(source: &PointSource, lines: &Lines) -> Self {
+        let counts = source.counts();
+        Self {
+            records: counts.records,
+            withheld: counts.withheld,
+            filtered: counts.filtered,
+            invalid: counts.invalid,
+            segments: lines.segments(),
+            input_bytes: counts.bytes_read + lines.bytes_read(),
+            notes: source.notes().iter().cloned().chain(lines.notes()).collect(),
+        }
+    }
+}
+
+/// What `--json` prints. Its keys are stable.
 pub(super) struct Output<'a> {
-    records: u64,
-    points: u64,
-    withheld: u64,
-    filtered: u64,
-    invalid: u64,
-    duplicates: u64,
-    segments: u64,
-    ends: u64,
-    vertices: u64,
-    triangles: u64,
-    border_triangles: u64,
-    hull_edges: u64,
-    constraint_edges: u64,
-    held_triangles: u64,
-    deferred_segments: u64,
-    crossings: u64,
-    split_points: u64,
-    inverted_regions: u64,
-    regions: u64,
-    hole_regions: u64,
-    hole_triangles: u64,
-    sites: u64,
-    tiles: u64,
-    input_bytes: u64,
-    file_bytes: u64,
-    bytes_per_vertex: f64,
-    seconds: f64,
-    peak_memory_bytes: Option<u64>,
-    phases: Vec<PhaseOutput>,
-    levels: Vec<LevelOutput>,
-    blocks: u64,
-    resumed_blocks: u64,
-    waits: WaitsOutput,
-    notes: &'a [String],
+    pub(super) summary: &'a BuildSummary,
+    pub(super) read: &'a Read,
 }
 
 #[derive(Serialize)]
@@ -85,66 +70,88 @@ struct LevelOutput {
     seam_share: f64,
 }
 
-impl<'a> Output<'a> {
-    pub(super) fn new(summary: &BuildSummary, read: &'a Read) -> Self {
-        let phases = summary.phases.iter().map(|phase| PhaseOutput {
+impl Serialize for Output<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self { summary, read } = self;
+        let counts = [
+            ("records", read.records),
+            ("points", summary.points),
+            ("withheld", read.withheld),
+            ("filtered", read.filtered),
+            ("invalid", read.invalid),
+            ("duplicates", summary.duplicates),
+            ("segments", read.segments),
+            ("ends", summary.ends),
+            ("vertices", summary.vertices),
+            ("triangles", summary.triangles),
+            ("border_triangles", summary.border_triangles),
+            ("hull_edges", summary.hull_edges),
+            ("constraint_edges", summary.constraint_edges),
+            ("held_triangles", summary.held_triangles),
+            ("deferred_segments", summary.deferred_segments),
+            ("crossings", summary.crossings),
+            ("split_points", summary.split_points),
+            ("inverted_regions", summary.inverted_regions),
+            ("regions", summary.regions),
+            ("hole_regions", summary.hole_regions),
+            ("hole_triangles", summary.hole_triangles),
+            ("sites", summary.sites),
+            ("tiles", summary.tiles),
+            ("input_bytes", read.input_bytes),
+            ("file_bytes", summary.file_bytes),
+        ];
+        let mut map = serializer.serialize_map(None)?;
+        for (key, count) in counts {
+            map.serialize_entry(key, &count)?;
+        }
+        map.serialize_entry("bytes_per_vertex", &share(summary.file_bytes, summary.vertices))?;
+        map.serialize_entry("seconds", &seconds(summary))?;
+        map.serialize_entry("peak_memory_bytes", &summary.peak_memory)?;
+        map.serialize_entry("phases", &self.phases())?;
+        map.serialize_entry("levels", &self.levels())?;
+        map.serialize_entry("blocks", &summary.blocks)?;
+        map.serialize_entry("resumed_blocks", &summary.resumed_blocks)?;
+        map.serialize_entry("waits", &WaitsOutput::new(&summary.waits))?;
+        map.serialize_entry("notes", &read.notes)?;
+        map.end()
+    }
+}
+
+impl Output<'_> {
+    fn phases(&self) -> Vec<PhaseOutput> {
+        // The builder does not know of the bytes from which the points were read.
+        let of_input = |phase| match phase == Phase::Read && self.summary.resumed_blocks == 0 {
+            true => self.read.input_bytes,
+            false => 0,
+        };
+        let phases = self.summary.phases.iter().map(|phase| PhaseOutput {
             name: phase.phase.name(),
             seconds: phase.time.as_secs_f64(),
-            bytes_read: phase.bytes_read
-                + if phase.phase == Phase::Read && summary.resumed_blocks == 0 {
-                    read.input_bytes
-                } else {
-                    0
-                },
+            bytes_read: phase.bytes_read + of_input(phase.phase),
             bytes_written: phase.bytes_written,
         });
-        let levels = summary.levels.iter().zip(0..).map(|(level, number)| LevelOutput {
+        phases.collect()
+    }
+
+    fn levels(&self) -> Vec<LevelOutput> {
+        let levels = self.summary.levels.iter().zip(0..).map(|(level, number)| LevelOutput {
             level: number,
             nodes: level.nodes,
             vertices: level.vertices,
             settled_triangles: level.settled,
             seam_vertices: level.seam_vertices,
-            seam_share: share(level.seam_vertices, summary.vertices),
+            seam_share: share(level.seam_vertices, self.summary.vertices),
         });
+        levels.collect()
+    }
+}
+
+impl WaitsOutput {
+    fn new(waits: &Waits) -> Self {
         Self {
-            records: read.records,
-            points: summary.points,
-            withheld: read.withheld,
-            filtered: read.filtered,
-            invalid: read.invalid,
-            duplicates: summary.duplicates,
-            segments: read.segments,
-            ends: summary.ends,
-            vertices: summary.vertices,
-            triangles: summary.triangles,
-            border_triangles: summary.border_triangles,
-            hull_edges: summary.hull_edges,
-            constraint_edges: summary.constraint_edges,
-            held_triangles: summary.held_triangles,
-            deferred_segments: summary.deferred_segments,
-            crossings: summary.crossings,
-            split_points: summary.split_points,
-            inverted_regions: summary.inverted_regions,
-            regions: summary.regions,
-            hole_regions: summary.hole_regions,
-            hole_triangles: summary.hole_triangles,
-            sites: summary.sites,
-            tiles: summary.tiles,
-            input_bytes: read.input_bytes,
-            file_bytes: summary.file_bytes,
-            bytes_per_vertex: share(summary.file_bytes, summary.vertices),
-            seconds: seconds(summary),
-            peak_memory_bytes: summary.peak_memory,
-            phases: phases.collect(),
-            levels: levels.collect(),
-            blocks: summary.blocks,
-            resumed_blocks: summary.resumed_blocks,
-            waits: WaitsOutput {
-                computing_for_blocks: summary.waits.computing_for_blocks.as_secs_f64(),
-                computing_for_writing: summary.waits.computing_for_writing.as_secs_f64(),
-                blocks_for_computing: summary.waits.blocks_for_computing.as_secs_f64(),
-            },
-            notes: &read.notes,
+            computing_for_blocks: waits.computing_for_blocks.as_secs_f64(),
+            computing_for_writing: waits.computing_for_writing.as_secs_f64(),
+            blocks_for_computing: waits.blocks_for_computing.as_secs_f64(),
         }
     }
 }
@@ -153,13 +160,11 @@ fn seconds(summary: &BuildSummary) -> f64 {
     summary.phases.iter().map(|phase| phase.time.as_secs_f64()).sum()
 }
 
-/// A quotient that is 0 where there is nothing to divide by.
-fn share(part: u64, whole: u64) -> f64 {
-    if whole == 0 { 0.0 } else { part as f64 / whole as f64 }
-}
-
+/// The report for people.
 pub(super) fn report(output: &Path, summary: &BuildSummary, read: &Read) -> String {
-    let thousands = common::thousands;
+    let mut rows = vec![("input", of_the_input(summary, read))];
+    rows.extend(of_the_lines(summary, read));
+    rows.extend(of_the_output(summary));
     let mut text = format!(
         "{}: {} vertices, {} triangles, {} hull edges in {} tiles\n",
         common::shown(output),
@@ -168,7 +173,15 @@ pub(super) fn report(output: &Path, summary: &BuildSummary, read: &Read) -> Stri
         thousands(summary.hull_edges),
         thousands(summary.tiles)
     );
-    let mut left_out = format!("{} points", thousands(summary.points));
+    for (name, value) in rows {
+        text += &format!("  {name:<7} {value}\n");
+    }
+    text
+}
+
+/// The points, and those that were left out.
+fn of_the_input(summary: &BuildSummary, read: &Read) -> String {
+    let mut text = format!("{} points", thousands(summary.points));
     for (count, what) in [
         (summary.duplicates, "merged with others at the same place"),
         (read.withheld, "withheld"),
@@ -176,68 +189,71 @@ pub(super) fn report(output: &Path, summary: &BuildSummary, read: &Read) -> Stri
         (read.invalid, "invalid"),
     ] {
         if count > 0 {
-            left_out += &format!(", {} {what}", thousands(count));
+            text += &format!(", {} {what}", thousands(count));
         }
     }
-    text += &format!("  input   {left_out}; {}\n", common::bytes(read.input_bytes));
+    text + &format!("; {}", bytes(read.input_bytes))
+}
+
+/// What there is of lines and sites.
+fn of_the_lines(summary: &BuildSummary, read: &Read) -> Vec<(&'static str, String)> {
+    let mut rows = Vec::new();
     if read.segments > 0 {
-        text += &format!(
-            "  lines   {} segments, {} constraint edges, {} vertices at their ends; {:.2} % of the triangles held\n",
+        let lines = format!(
+            "{} segments, {} constraint edges, {} vertices at their ends; {:.2} % of the triangles held",
             thousands(read.segments),
             thousands(summary.constraint_edges),
             thousands(summary.ends),
             100.0 * share(summary.held_triangles, summary.triangles)
         );
+        rows.push(("lines", lines));
     }
     if summary.deferred_segments > 0 {
-        text += &format!(
-            "  late    {} segments would have held too many triangles, and were inserted at the end\n",
-            thousands(summary.deferred_segments)
-        );
+        let segments = thousands(summary.deferred_segments);
+        let late = format!("{segments} segments would have held too many triangles, and were inserted at the end");
+        rows.push(("late", late));
     }
     if summary.split_points > 0 {
-        text += &format!(
-            "  split   lines at {} points, and {} pairs that crossed\n",
-            thousands(summary.split_points),
-            thousands(summary.crossings)
-        );
+        let [points, pairs] = [summary.split_points, summary.crossings].map(thousands);
+        rows.push((
+            "split",
+            format!("lines at {points} points, and {pairs} pairs that crossed"),
+        ));
     }
     if summary.regions > 0 {
-        text += &format!(
-            "  regions {}, of which {} are holes, with {} triangles\n",
-            thousands(summary.regions),
-            thousands(summary.hole_regions),
-            thousands(summary.hole_triangles)
-        );
+        let [regions, holes, triangles] =
+            [summary.regions, summary.hole_regions, summary.hole_triangles].map(thousands);
+        let regions = format!("{regions}, of which {holes} are holes, with {triangles} triangles");
+        rows.push(("regions", regions));
     }
     if summary.sites > 0 {
-        text += &format!("  sites   {}\n", thousands(summary.sites));
+        rows.push(("sites", thousands(summary.sites)));
     }
-    text += &format!(
-        "  output  {}, {:.1} bytes per vertex\n",
-        common::bytes(summary.file_bytes),
-        share(summary.file_bytes, summary.vertices)
-    );
-    let phases = summary
-        .phases
-        .iter()
-        .map(|p| format!("{} {:.2} s", p.phase.name(), p.time.as_secs_f64()));
-    text += &format!(
-        "  time    {:.2} s: {}\n",
-        seconds(summary),
-        phases.collect::<Vec<_>>().join(", ")
-    );
-    let levels = summary
-        .levels
-        .iter()
-        .filter(|level| level.seam_vertices > 0)
-        .map(|level| format!("{:.2} %", 100.0 * share(level.seam_vertices, summary.vertices)));
+    rows
+}
+
+/// The file, and what it took.
+fn of_the_output(summary: &BuildSummary) -> Vec<(&'static str, String)> {
+    let per_vertex = share(summary.file_bytes, summary.vertices);
+    let phases = summary.phases.iter();
+    let phases = phases.map(|p| format!("{} {:.2} s", p.phase.name(), p.time.as_secs_f64()));
+    let phases = phases.collect::<Vec<_>>().join(", ");
+    let mut rows = vec![
+        (
+            "output",
+            format!("{}, {per_vertex:.1} bytes per vertex", bytes(summary.file_bytes)),
+        ),
+        ("time", format!("{:.2} s: {phases}", seconds(summary))),
+    ];
+    let levels = summary.levels.iter().filter(|level| level.seam_vertices > 0);
+    let levels = levels.map(|level| format!("{:.2} %", 100.0 * share(level.seam_vertices, summary.vertices)));
     let levels: Vec<_> = levels.collect();
     if !levels.is_empty() {
-        text += &format!("  seams   {} of the vertices, from the leaves up\n", levels.join(", "));
+        let seams = format!("{} of the vertices, from the leaves up", levels.join(", "));
+        rows.push(("seams", seams));
     }
     if let Some(peak) = summary.peak_memory {
-        text += &format!("  memory  {} at the peak\n", common::bytes(peak));
+        rows.push(("memory", format!("{} at the peak", bytes(peak))));
     }
-    text
+    rows
 }

@@ -74,11 +74,6 @@ pub fn shortened(text: &str, limit: usize) -> String {
     shown::beginning(&words.join(" "), limit)
 }
 
-/// A quotient that is 0 where there is nothing to divide by.
-pub fn share(part: u64, whole: u64) -> f64 {
-    if whole == 0 { 0.0 } else { part as f64 / whole as f64 }
-}
-
 /// A share for people: `12.5 %`.
 pub fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)

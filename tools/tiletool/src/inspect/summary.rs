@@ -1,11 +1,11 @@
 //! What the directory knows of the whole file.
 
 use delaunay_tiles::shown;
-use delaunay_tiles::store::{Directory, FORMAT_VERSION, LineSource, TileReader};
+use delaunay_tiles::store::{Directory, FORMAT_VERSION, LineSource, TileEntry, TileReader};
 use serde::Serialize;
 
-use super::numbers::{Bounds, Coordinates, percent, share, shortened};
-use crate::common::{bytes, thousands};
+use super::numbers::{Bounds, Coordinates, percent, shortened};
+use crate::common::{bytes, share, thousands};
 
 /// Bytes before the first tile: the two superblocks.
 const SUPERBLOCKS: u64 = 8192;
@@ -50,6 +50,15 @@ pub struct Summary {
     tile_count: u64,
     tile_vertices: u32,
     vertices_per_tile: Option<Distribution>,
+    #[serde(flatten)]
+    parts: Parts,
+    #[serde(skip)]
+    rect: delaunay_tiles::geometry::Rect,
+}
+
+/// What the parts of a file come to.
+#[derive(Serialize)]
+struct Parts {
     core_triangles: u64,
     border_triangles: u64,
     border_triangles_share: f64,
@@ -62,8 +71,6 @@ pub struct Summary {
     border_bytes_share: f64,
     directory_bytes_share: f64,
     other_bytes_share: f64,
-    #[serde(skip)]
-    rect: delaunay_tiles::geometry::Rect,
 }
 
 #[derive(Serialize)]
@@ -117,24 +124,41 @@ impl Lines {
     }
 }
 
-impl Summary {
-    /// Gathers it; reads nothing.
-    pub fn new(reader: &TileReader) -> Self {
-        let Directory { metadata: m, tiles, .. } = reader.directory();
-        let sum = |part: fn(&delaunay_tiles::store::TileEntry) -> u32| tiles.iter().map(|t| u64::from(part(t))).sum();
-        let (core_triangles, core_bytes, border_bytes): (u64, u64, u64) = (
-            sum(|t| t.core_triangles),
-            sum(|t| t.core.length),
-            sum(|t| t.border.length),
-        );
+impl Parts {
+    fn of(directory: &Directory, file_bytes: u64) -> Self {
+        let Directory { metadata: m, tiles, .. } = directory;
+        let sum = |part: fn(&TileEntry) -> u32| tiles.iter().map(|t| u64::from(part(t))).sum();
+        let core_triangles: u64 = sum(|t| t.core_triangles);
+        let [core_bytes, border_bytes]: [u64; 2] = [sum(|t| t.core.length), sum(|t| t.border.length)];
         // The directory is what follows the last tile.
         let ends = tiles.iter().flat_map(|t| [t.core, t.border]);
         let end = ends.map(|e| e.offset + u64::from(e.length)).fold(SUPERBLOCKS, u64::max);
-        let file_bytes = reader.file_length();
         let directory_bytes = file_bytes.saturating_sub(end.next_multiple_of(BLOCK));
         let other_bytes = file_bytes.saturating_sub(core_bytes + border_bytes + directory_bytes);
         // A file that contradicts itself must not make this one panic.
         let border_triangles = m.triangles.saturating_sub(core_triangles);
+        Self {
+            core_triangles,
+            border_triangles,
+            border_triangles_share: share(border_triangles, m.triangles),
+            bytes_per_vertex: share(file_bytes, m.vertices),
+            core_bytes,
+            border_bytes,
+            directory_bytes,
+            other_bytes,
+            core_bytes_share: share(core_bytes, file_bytes),
+            border_bytes_share: share(border_bytes, file_bytes),
+            directory_bytes_share: share(directory_bytes, file_bytes),
+            other_bytes_share: share(other_bytes, file_bytes),
+        }
+    }
+}
+
+impl Summary {
+    /// Gathers it; reads nothing.
+    pub fn new(reader: &TileReader) -> Self {
+        let directory @ Directory { metadata: m, tiles, .. } = reader.directory();
+        let file_bytes = reader.file_length();
         let sources = m.sources.iter().map(|source| Source {
             name: source.name.clone(),
             records: source.records,
@@ -171,18 +195,7 @@ impl Summary {
             tile_count: tiles.len() as u64,
             tile_vertices: m.tile_vertices,
             vertices_per_tile: Distribution::of(tiles.iter().map(|t| t.vertices).collect()),
-            core_triangles,
-            border_triangles,
-            border_triangles_share: share(border_triangles, m.triangles),
-            bytes_per_vertex: share(file_bytes, m.vertices),
-            core_bytes,
-            border_bytes,
-            directory_bytes,
-            other_bytes,
-            core_bytes_share: share(core_bytes, file_bytes),
-            border_bytes_share: share(border_bytes, file_bytes),
-            directory_bytes_share: share(directory_bytes, file_bytes),
-            other_bytes_share: share(other_bytes, file_bytes),
+            parts: Parts::of(directory, file_bytes),
             rect: m.bounds,
         }
     }
@@ -210,7 +223,7 @@ impl Summary {
     fn of_the_file(&self) -> Vec<(&'static str, String)> {
         let mut size = format!("{} ({} bytes)", bytes(self.file_bytes), thousands(self.file_bytes));
         if self.vertices > 0 {
-            size += &format!(", {:.1} per vertex", self.bytes_per_vertex);
+            size += &format!(", {:.1} per vertex", self.parts.bytes_per_vertex);
         }
         let read_by = match &self.backend_note {
             Some(note) => format!("{}: {note}", self.backend),
@@ -333,14 +346,17 @@ impl Summary {
             lines.push(("vertices per tile", shown.join(", ")));
         }
         if self.triangles > 0 {
-            let (border, of) = (thousands(self.border_triangles), percent(self.border_triangles_share));
+            let (border, of) = (
+                thousands(self.parts.border_triangles),
+                percent(self.parts.border_triangles_share),
+            );
             lines.push(("border triangles", format!("{border}, {of} of all")));
         }
         let shares = [
-            ("cores", self.core_bytes_share),
-            ("borders", self.border_bytes_share),
-            ("directory", self.directory_bytes_share),
-            ("superblocks and padding", self.other_bytes_share),
+            ("cores", self.parts.core_bytes_share),
+            ("borders", self.parts.border_bytes_share),
+            ("directory", self.parts.directory_bytes_share),
+            ("superblocks and padding", self.parts.other_bytes_share),
         ];
         let shares = shares.map(|(name, share)| format!("{name} {}", percent(share)));
         lines.push(("bytes", shares.join(", ")));

@@ -4,12 +4,14 @@
 //! little-endian u32 pairs of record numbers, if there are segments. Points are written as they are computed: memory does
 //! not grow with their number. A file appears under its name when it is complete and on the disk, or not at all.
 
+mod count;
+
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Command};
 use distributions::{Kind, LongSegments, Pslg, points, points3};
@@ -17,6 +19,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::common;
 use crate::output::Output;
+pub use count::parse_count;
 
 /// Write seeded test data: points, and segments that do not cross.
 ///
@@ -285,34 +288,6 @@ fn kinds() -> impl TypedValueParser<Value = Kind> {
     PossibleValuesParser::new(values).try_map(|name| Kind::from_str(&name))
 }
 
-/// Reads 1000000, 1_000_000, 1e6, 1.5M: an integer after all, computed without rounding.
-pub fn parse_count(text: &str) -> anyhow::Result<u64> {
-    const SUFFIXES: [(char, u32); 5] = [('k', 3), ('K', 3), ('M', 6), ('G', 9), ('T', 12)];
-    let suffix = SUFFIXES
-        .into_iter()
-        .find_map(|(c, power)| Some((text.strip_suffix(c)?, power)));
-    let (number, power) = match (suffix, text.split_once(['e', 'E'])) {
-        (Some(suffix), _) => suffix,
-        (None, Some((number, power))) => (number, power.parse().context("no number after the e")?),
-        (None, None) => (text, 0),
-    };
-    let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
-    if !number.contains(|c: char| c.is_ascii_digit()) {
-        bail!("no number");
-    }
-    let fraction = fraction.trim_end_matches('0');
-    let zeros = power.checked_sub(fraction.len() as u32).context("not a whole number")?;
-    let digits = whole.chars().filter(|&c| c != '_').chain(fraction.chars());
-    // More than 20 zeros do not fit, but for those of 0.
-    let mut count: u64 = 0;
-    for c in digits.chain(std::iter::repeat_n('0', zeros.min(20) as usize)) {
-        let digit = c.to_digit(10).with_context(|| format!("'{c}' is no digit"))?;
-        let next = count.checked_mul(10).and_then(|count| count.checked_add(digit.into()));
-        count = next.context("2^64 or more")?;
-    }
-    Ok(count)
-}
-
 #[cfg(test)]
 mod tests {
     use std::fs;
@@ -375,45 +350,6 @@ mod tests {
     #[test]
     fn arguments_are_consistent() {
         Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn counts() {
-        for (text, count) in [
-            ("0", 0),
-            ("1000000", 1_000_000),
-            ("1_000_000", 1_000_000),
-            ("1e6", 1_000_000),
-            ("2.5E3", 2500),
-            ("10k", 10_000),
-            ("10M", 10_000_000),
-            ("1.5M", 1_500_000),
-            (".5k", 500),
-            ("2G", 2_000_000_000),
-            ("7.0", 7),
-            ("0e4000000000", 0),
-            ("18446744073709551615", u64::MAX),
-        ] {
-            assert_eq!(parse_count(text).unwrap(), count, "{text}");
-        }
-        let wrong = [
-            "",
-            "M",
-            ".",
-            "_",
-            "1.5",
-            "-1",
-            "1e-3",
-            "1e",
-            "1 000",
-            "1m",
-            "1.2345k",
-            "1e20",
-            "99999999999G",
-        ];
-        for text in wrong {
-            assert!(parse_count(text).is_err(), "{text}");
-        }
     }
 
     #[test]
