@@ -1,5 +1,6 @@
 //! `tiletool bench read`: tiles from a cold file, beside the bare device and a memory map.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -118,6 +119,27 @@ struct Runs {
     random: Vec<Took>,
 }
 
+/// The runs of the bare device.
+#[derive(Default)]
+struct DeviceRuns {
+    depths: [Vec<Took>; DEPTHS.len()],
+    huge: Vec<Took>,
+    random: Vec<Took>,
+}
+
+impl DeviceRuns {
+    /// Reads all with so many blocks at a time as there are depths, then into huge pages, then blocks at some places.
+    fn measure(&mut self, device: &Device, places: &[u64], block: usize) -> io::Result<()> {
+        for (depth, runs) in DEPTHS.into_iter().zip(&mut self.depths) {
+            runs.push(device.scan(BLOCK, depth, Into::Pages)?);
+        }
+        self.huge.push(device.scan(BLOCK, HUGE_DEPTH, Into::HugePages)?);
+        let took = device.read(places, block, RANDOM_DEPTH, Into::Pages)?;
+        self.random.push(took);
+        Ok(())
+    }
+}
+
 /// Measures and prints.
 pub fn run(args: ReadArgs) -> anyhow::Result<()> {
     let report = common::block_on(measure(&args))?;
@@ -148,23 +170,13 @@ async fn measure(args: &ReadArgs) -> anyhow::Result<Report> {
         .as_ref()
         .err()
         .map(|error| format!("the file cannot be read past the page cache: {error}"));
-    let mut depths: Vec<Vec<Took>> = vec![Vec::new(); DEPTHS.len()];
-    let (mut device_huge, mut device_random) = (Vec::new(), Vec::new());
+    let mut device_runs = DeviceRuns::default();
     let mut runs: Vec<Runs> = args.backends.iter().map(|_| Runs::default()).collect();
     let mut all_dropped = true;
     for _ in 0..args.rounds {
         if let Ok(device) = &device {
-            for (depth, runs) in DEPTHS.iter().zip(&mut depths) {
-                let took = device.scan(BLOCK, *depth, Into::Pages);
-                runs.push(took.context("cannot read the device")?);
-            }
-            let took = device.scan(BLOCK, HUGE_DEPTH, Into::HugePages);
-            device_huge.push(took.context("cannot read the device")?);
-            device_random.push(
-                device
-                    .read(&places, random_block, RANDOM_DEPTH, Into::Pages)
-                    .context("cannot read the device")?,
-            );
+            let measured = device_runs.measure(device, &places, random_block);
+            measured.context("cannot read the device")?;
         }
         for (method, runs) in args.backends.iter().zip(&mut runs) {
             all_dropped &= caches::drop_for(path)?;
@@ -174,7 +186,7 @@ async fn measure(args: &ReadArgs) -> anyhow::Result<Report> {
             runs.random.push(method.read(path, &random).await?);
         }
     }
-    let device = OfDevice::best(&DEPTHS, &depths, &device_huge, &device_random);
+    let device = OfDevice::best(&DEPTHS, &device_runs.depths, &device_runs.huge, &device_runs.random);
     let backends = args.backends.iter().zip(&runs).map(|(method, runs)| {
         let [cold, warm, random] = [&runs.cold, &runs.warm, &runs.random].map(|runs| median(runs, Took::rate));
         OfBackend::new(&method.name(), cold, warm, random, device.as_ref())

@@ -3,7 +3,6 @@
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{AlongInterval, Location, Near, Path, QueryError, SiteFound};
 use delaunay_tiles::shown;
-use delaunay_tiles::store::VertexId;
 use serde_json::Value;
 
 use super::batch::Question;
@@ -85,13 +84,14 @@ impl Found {
 }
 
 /// What a point lies on or in, and the numbers of the vertices there.
-pub fn spot(location: &Location) -> (&'static str, Vec<VertexId>) {
-    match location {
-        Location::OnVertex(vertex) => ("vertex", vec![vertex.id]),
-        Location::OnEdge { ends, .. } => ("edge", ends.iter().map(|end| end.id).collect()),
-        Location::InTriangle(triangle) => ("triangle", triangle.vertices.iter().map(|vertex| vertex.id).collect()),
-        Location::Outside => ("outside", Vec::new()),
-    }
+pub fn spot(location: &Location) -> (&'static str, Vec<String>) {
+    let (what, vertices) = match location {
+        Location::OnVertex(vertex) => ("vertex", std::slice::from_ref(vertex)),
+        Location::OnEdge { ends, .. } => ("edge", &ends[..]),
+        Location::InTriangle(triangle) => ("triangle", &triangle.vertices[..]),
+        Location::Outside => ("outside", &[][..]),
+    };
+    (what, vertices.iter().map(|vertex| vertex.id.to_string()).collect())
 }
 
 /// The same for people, on one line.

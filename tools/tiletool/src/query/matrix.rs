@@ -8,10 +8,10 @@ use anyhow::{bail, ensure};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{DistanceOutcome, PairDistance};
+use delaunay_tiles::query::{DistanceOutcome, PairDistance, QueryError};
 use delaunay_tiles::shown;
 use delaunay_tiles::store::TileReader;
-use futures::TryStreamExt;
+use futures::{TryStream, TryStreamExt};
 use serde_json::{Value, json};
 
 use super::answer::{Status, name};
@@ -109,6 +109,36 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
     common::block_on(async {
         let began = Instant::now();
         let reader = args.reading.open().await?;
+        let matrix = Matrix::read(args, &reader).await?;
+        let format = args.format.format();
+        let mut options = args.reading.limits();
+        if args.plot.is_some() || format == Format::GeoJson {
+            options = options.paths();
+        }
+        let [from, to] = [&matrix.from, &matrix.to].map(|ends| ends.points.clone());
+        let mut paths = Vec::new();
+        let pairs = reader.distance_matrix(from, to, options).inspect_ok(|found| {
+            if args.plot.is_some() {
+                paths.extend(found.path.as_ref().map(|path| path.points.clone()));
+            }
+        });
+        let count = matrix.print(format, pairs).await?;
+        if let Some(file) = &args.plot {
+            plot::draw_query(&reader, file, &picture(args, matrix, paths)).await?;
+        }
+        args.reading.report("pairs", count, began, &reader);
+        Ok(())
+    })
+}
+
+/// Points from which, and points to which.
+struct Matrix {
+    from: Ends,
+    to: Ends,
+}
+
+impl Matrix {
+    async fn read(args: &MatrixArgs, reader: &TileReader) -> anyhow::Result<Self> {
         let from = match args.from_file.as_ref().or(args.batch.as_ref()) {
             Some(path) => Ends::read(path)?,
             None => bail!(
@@ -116,7 +146,7 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
             ),
         };
         let to = match &args.to_file {
-            _ if args.sites => Ends::sites(&reader).await?,
+            _ if args.sites => Ends::sites(reader).await?,
             Some(path) => Ends::read(path)?,
             None if args.batch.is_some() => Ends {
                 points: from.points.clone(),
@@ -131,45 +161,91 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
             thousands(DRAWN),
             thousands(pairs)
         );
-        let format = args.format.format();
-        let mut options = args.reading.limits();
-        if args.plot.is_some() || format == Format::GeoJson {
-            options = options.paths();
-        }
-        let mut pairs = reader.distance_matrix(from.points.clone(), to.points.clone(), options);
+        Ok(Self { from, to })
+    }
+
+    /// Prints all pairs; returns how many.
+    async fn print(
+        &self,
+        format: Format,
+        mut pairs: impl TryStream<Ok = PairDistance, Error = QueryError> + Unpin,
+    ) -> anyhow::Result<u64> {
         let mut out = BufWriter::new(io::stdout());
         match format {
             Format::Csv => writeln!(out, "from,to,from_x,from_y,to_x,to_y,status,distance,lower,upper")?,
             Format::GeoJson => write!(out, "{COLLECTION}")?,
             Format::Text | Format::Json => {}
         }
-        let (mut count, mut paths) = (0, Vec::new());
+        let mut count = 0;
         while let Some(found) = pairs.try_next().await? {
             match format {
-                Format::Csv => writeln!(out, "{}", row(&from, &to, &found))?,
-                Format::Json => writeln!(out, "{}", object(&from, &to, &found))?,
-                Format::GeoJson => write_feature(&mut out, count, &feature(&from, &to, &found))?,
-                Format::Text => write!(out, "{}", text(&from, &to, &found))?,
+                Format::Csv => writeln!(out, "{}", self.row(&found))?,
+                Format::Json => writeln!(out, "{}", self.object(&found))?,
+                Format::GeoJson => write_feature(&mut out, count, &self.feature(&found))?,
+                Format::Text => write!(out, "{}", self.text(&found))?,
             }
             count += 1;
-            if args.plot.is_some() {
-                paths.extend(found.path.map(|path| path.points));
-            }
         }
         if format == Format::GeoJson {
             writeln!(out, "{COLLECTION_END}")?;
         }
         out.flush()?;
-        if let Some(file) = &args.plot {
-            plot::draw_query(&reader, file, &picture(args, &from, to, paths)).await?;
+        Ok(count)
+    }
+
+    fn row(&self, found: &PairDistance) -> String {
+        let numbers = match found.outcome {
+            DistanceOutcome::Found(distance) => bounds(&distance),
+            DistanceOutcome::OutOfBudget { at_least } => format!(",{at_least},"),
+            _ => ",,".to_owned(),
+        };
+        let names = self.names(found).map(|name| cell(&name)).join(",");
+        let ends = self.points(found).map(pair).join(",");
+        format!("{names},{ends},{},{numbers}", status(found.outcome).name())
+    }
+
+    fn feature(&self, found: &PairDistance) -> Value {
+        let geometry = found.path.as_ref().map_or(Value::Null, line_string);
+        json!({"type": "Feature", "properties": self.object(found), "geometry": geometry})
+    }
+
+    fn object(&self, found: &PairDistance) -> Value {
+        let [from_at, to_at] = self.points(found).map(position);
+        let mut value = json!({"from": found.from, "to": found.to, "from_at": from_at, "to_at": to_at});
+        if let Some(names) = &self.to.names {
+            value["to"] = names[found.to].clone().into();
         }
-        args.reading.report("pairs", count, began, &reader);
-        Ok(())
-    })
+        status(found.outcome).put(&mut value);
+        match found.outcome {
+            DistanceOutcome::Found(distance) => with_distance(value, &distance),
+            _ => value,
+        }
+    }
+
+    fn text(&self, found: &PairDistance) -> String {
+        let [a, b] = self.points(found);
+        let names = self.names(found);
+        let [from, to] = names.each_ref().map(|name| shown::text(name));
+        let mut text = format!("{from} ({}, {}) to {to} ({}, {})", a.x, a.y, b.x, b.y);
+        say(&mut text, status(found.outcome));
+        if let DistanceOutcome::Found(distance) = found.outcome {
+            text += &format!(": {}", distance.value);
+        }
+        text.push('\n');
+        text
+    }
+
+    fn points(&self, found: &PairDistance) -> [Point; 2] {
+        [self.from.points[found.from], self.to.points[found.to]]
+    }
+
+    fn names(&self, found: &PairDistance) -> [String; 2] {
+        [self.from.name(found.from), self.to.name(found.to)]
+    }
 }
 
 /// The picture of all pairs.
-fn picture(args: &MatrixArgs, from: &Ends, to: Ends, paths: Vec<Vec<Point>>) -> Overlay {
+fn picture(args: &MatrixArgs, Matrix { from, to }: Matrix, paths: Vec<Vec<Point>>) -> Overlay {
     let [starts, ends, found] = [from.points.len(), to.points.len(), paths.len()].map(|count| thousands(count as u64));
     let (sites, ends_seen) = match to.names {
         Some(_) => (to.points, Vec::new()),
@@ -179,7 +255,7 @@ fn picture(args: &MatrixArgs, from: &Ends, to: Ends, paths: Vec<Vec<Point>>) -> 
     };
     Overlay {
         title: format!("Shortest paths from {starts} to {ends} points  ·  {found} found"),
-        starts: from.points.clone(),
+        starts: from.points,
         ends: ends_seen,
         sites,
         paths,
@@ -195,50 +271,4 @@ fn status(outcome: DistanceOutcome) -> Status {
         DistanceOutcome::InsideObstacle { point, nearest_free } => Status::Inside(point, nearest_free),
         DistanceOutcome::OutOfBudget { at_least } => Status::Budget(at_least),
     }
-}
-
-fn row(from: &Ends, to: &Ends, found: &PairDistance) -> String {
-    let numbers = match found.outcome {
-        DistanceOutcome::Found(distance) => bounds(&distance),
-        DistanceOutcome::OutOfBudget { at_least } => format!(",{at_least},"),
-        _ => ",,".to_owned(),
-    };
-    let names = [cell(&from.name(found.from)), cell(&to.name(found.to))].join(",");
-    let ends = [pair(from.points[found.from]), pair(to.points[found.to])].join(",");
-    format!("{names},{ends},{},{numbers}", status(found.outcome).name())
-}
-
-fn feature(from: &Ends, to: &Ends, found: &PairDistance) -> Value {
-    let geometry = found.path.as_ref().map_or(Value::Null, line_string);
-    json!({"type": "Feature", "properties": object(from, to, found), "geometry": geometry})
-}
-
-fn object(from: &Ends, to: &Ends, found: &PairDistance) -> Value {
-    let mut value = json!({
-        "from": found.from,
-        "to": found.to,
-        "from_at": position(from.points[found.from]),
-        "to_at": position(to.points[found.to]),
-    });
-    if let Some(names) = &to.names {
-        value["to"] = names[found.to].clone().into();
-    }
-    status(found.outcome).put(&mut value);
-    match found.outcome {
-        DistanceOutcome::Found(distance) => with_distance(value, &distance),
-        _ => value,
-    }
-}
-
-fn text(from: &Ends, to: &Ends, found: &PairDistance) -> String {
-    let [a, b] = [from.points[found.from], to.points[found.to]];
-    let names = [from.name(found.from), to.name(found.to)];
-    let [from, to] = names.each_ref().map(|name| shown::text(name));
-    let mut text = format!("{from} ({}, {}) to {to} ({}, {})", a.x, a.y, b.x, b.y);
-    say(&mut text, status(found.outcome));
-    if let DistanceOutcome::Found(distance) = found.outcome {
-        text += &format!(": {}", distance.value);
-    }
-    text.push('\n');
-    text
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io::{self, BufWriter, Stdout, Write};
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{Distance, Near, Path, SiteFound};
+use delaunay_tiles::query::{Bend, Distance, Near, Path, SiteFound};
 use serde_json::{Value, json};
 
 use super::answer::{Answer, Found, Status, name, shown_name, spot};
@@ -129,8 +129,7 @@ fn rows(answer: &Answer) -> Vec<String> {
     let mut rows = Vec::new();
     match &answer.found {
         Found::Location(location) => {
-            let (what, vertices) = spot(location);
-            let mut vertices: Vec<String> = vertices.iter().map(ToString::to_string).collect();
+            let (what, mut vertices) = spot(location);
             vertices.resize(3, String::new());
             rows.push(format!("{asked},{status},{what},{}", vertices.join(",")));
         }
@@ -225,7 +224,6 @@ fn items<'a>(answer: &'a Answer) -> Vec<(Value, Option<Point>, Option<&'a Path>)
     match &answer.found {
         Found::Location(location) => {
             let (what, vertices) = spot(location);
-            let vertices: Vec<String> = vertices.iter().map(ToString::to_string).collect();
             let at = if let Question::At(at) = answer.question {
                 Some(at)
             } else {
@@ -377,63 +375,60 @@ fn text(answer: &Answer) -> String {
     match &answer.found {
         Found::Location(location) => {
             let (what, vertices) = spot(location);
-            let vertices: Vec<String> = vertices.iter().map(ToString::to_string).collect();
-            let place = match what {
-                "outside" => "outside the hull".to_owned(),
-                "vertex" => format!("on vertex {}", vertices[0]),
-                what => format!("on {what} {}", vertices.join(" ")).replace("on triangle", "in triangle"),
+            text += &match what {
+                "outside" => ": outside the hull".to_owned(),
+                "triangle" => format!(": in triangle {}", vertices.join(" ")),
+                what => format!(": on {what} {}", vertices.join(" ")),
             };
-            _ = writeln!(text, ": {place}");
         }
+        Found::Path(Some(path)) => {
+            text += &format!(": {}{}", path.distance.value, uncertainty(&path.distance));
+            path.bends.iter().for_each(|bend| say_bend(&mut text, bend));
+        }
+        Found::Near(_) | Found::Sites(_) | Found::Path(None) | Found::Along(_) => {}
+    }
+    text.push('\n');
+    match &answer.found {
         Found::Near(all) => {
-            text.push('\n');
             for (near, rank) in all.iter().zip(1..) {
-                let Point { x, y } = near.vertex.point;
                 let what = match near.site {
                     Some(number) => format!("site {}", shown_name(Some(number), near.id.as_deref())),
                     None => format!("vertex {}", near.vertex.id),
                 };
-                _ = writeln!(text, "{rank:4}  {:<20} {what} at ({x}, {y})", near.distance);
+                say_found(&mut text, rank, near.distance, &what, near.vertex.point);
+                text.push('\n');
             }
         }
         Found::Sites(sites) => {
-            text.push('\n');
             for (site, rank) in sites.iter().zip(1..) {
-                let Point { x, y } = site.vertex.point;
-                let name = shown_name(Some(site.number), site.id.as_deref());
-                let about = uncertainty(&site.distance);
-                _ = writeln!(
-                    text,
-                    "{rank:4}  {:<20} site {name} at ({x}, {y}){about}",
-                    site.distance.value
-                );
+                let what = format!("site {}", shown_name(Some(site.number), site.id.as_deref()));
+                say_found(&mut text, rank, site.distance.value, &what, site.vertex.point);
+                text += &format!("{}\n", uncertainty(&site.distance));
             }
         }
-        Found::Path(path) => {
-            if let Some(path) = path {
-                _ = write!(text, ": {}{}", path.distance.value, uncertainty(&path.distance));
-                for bend in &path.bends {
-                    let Point { x, y } = bend.vertex.point;
-                    let turn = if bend.turns_left { "left" } else { "right" };
-                    let lines: Vec<String> = bend
-                        .sources
-                        .iter()
-                        .map(|source| format!("{} {}", source.kind(), source.number()))
-                        .collect();
-                    let around = match (bend.edge_to, lines.is_empty()) {
-                        (None, _) => "nothing: a shorter path goes straight on".to_owned(),
-                        (_, true) => "a hole".to_owned(),
-                        _ => lines.join(", "),
-                    };
-                    _ = write!(text, "\n      {turn} at ({x}, {y}), around {around}");
-                }
-            }
-            text.push('\n');
-        }
-        Found::Along(intervals) => {
-            text.push('\n');
-            intervals.iter().for_each(|interval| along::say(&mut text, interval));
-        }
+        Found::Along(intervals) => intervals.iter().for_each(|interval| along::say(&mut text, interval)),
+        Found::Location(_) | Found::Path(_) => {}
     }
     text
+}
+
+/// Begins a line about what was found.
+fn say_found(text: &mut String, rank: u32, distance: f64, what: &str, Point { x, y }: Point) {
+    _ = write!(text, "{rank:4}  {distance:<20} {what} at ({x}, {y})");
+}
+
+/// A line about a bend of a path.
+fn say_bend(text: &mut String, bend: &Bend) {
+    let Point { x, y } = bend.vertex.point;
+    let turn = if bend.turns_left { "left" } else { "right" };
+    let lines = bend.sources.iter();
+    let lines: Vec<_> = lines
+        .map(|source| format!("{} {}", source.kind(), source.number()))
+        .collect();
+    let around = match (bend.edge_to, lines.is_empty()) {
+        (None, _) => "nothing: a shorter path goes straight on".to_owned(),
+        (_, true) => "a hole".to_owned(),
+        _ => lines.join(", "),
+    };
+    _ = write!(text, "\n      {turn} at ({x}, {y}), around {around}");
 }
