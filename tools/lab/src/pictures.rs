@@ -1,6 +1,8 @@
-//! In which format pictures are written.
+//! In which format pictures are written, and how a page shows them.
 
 use clap::{Args, ValueEnum};
+
+use crate::folder::Folder;
 
 /// How pictures are written.
 #[derive(Args, Clone, Copy, Debug)]
@@ -17,12 +19,14 @@ enum Format {
 }
 
 impl Pictures {
-    /// The name of a picture's file.
-    pub fn name(self, stem: &str) -> String {
+    /// Keeps a picture, whose file has a name that begins like this. Returns the Markdown that shows it.
+    pub fn keep(self, stem: &str, title: &str, svg: String, folder: &mut Folder) -> anyhow::Result<String> {
         let suffix = match self.pictures {
             Format::Svg => "svg",
             Format::Png => "png",
         };
-        format!("{stem}.{suffix}")
+        let name = format!("{stem}.{suffix}");
+        folder.keep_picture(&name, svg)?;
+        Ok(format!("\n![{title}]({name})\n"))
     }
 }

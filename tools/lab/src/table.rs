@@ -65,7 +65,19 @@ pub struct Table {
     rows: Vec<Vec<Cell>>,
 }
 
+/// The name of a column, and what stands in it of an item.
+pub type Column<T> = (&'static str, fn(&T) -> Cell);
+
 impl Table {
+    /// A row for each item.
+    pub fn of<'t, T: 't>(columns: &[Column<T>], items: impl IntoIterator<Item = &'t T>) -> Self {
+        let row = |item| columns.iter().map(|(_, cell)| cell(item)).collect();
+        Self {
+            columns: columns.iter().map(|&(name, _)| name).collect(),
+            rows: items.into_iter().map(row).collect(),
+        }
+    }
+
     /// Without rows.
     pub fn new<const N: usize>(columns: [&'static str; N]) -> Self {
         Self {

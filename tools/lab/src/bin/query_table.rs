@@ -22,6 +22,7 @@ use delaunay_tiles::input::{
 use delaunay_tiles::query::{Footing, PathOutcome, QueryOptions};
 use delaunay_tiles::store::{Cache, LineKind, OpenOptions, TileReader};
 use delaunay_tiles::{BuildOptions, Builder};
+use distributions::mix;
 use futures::{StreamExt, TryStreamExt};
 use lab::median;
 use polyanya::{Mesh, Polygon, Vertex};
@@ -54,9 +55,7 @@ struct Random(u64);
 impl Random {
     fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        (mix(self.0) >> 11) as f64 / (1u64 << 53) as f64
     }
 
     fn within(&mut self, bounds: Rect) -> Point {
@@ -108,9 +107,20 @@ async fn finish(builder: Builder, path: &Path) -> Result<TileReader> {
 
 /// The free triangles, merged and baked.
 async fn mesh(reader: &TileReader) -> Result<Mesh> {
+    let (points, triangles) = free_triangles(reader).await?;
+    let vertices = points.iter().zip(triangles_round(&points, &triangles));
+    let vertices = vertices.map(|(&p, round)| Vertex::new(peer_point(p), round));
+    let polygons = triangles.iter().map(|corners| Polygon::new(corners.to_vec(), false));
+    let mut mesh = Mesh::new(vertices.collect(), polygons.collect())?;
+    while mesh.merge_polygons() {}
+    mesh.bake();
+    Ok(mesh)
+}
+
+/// The corners of the free triangles, each once, and the triangles by their numbers.
+async fn free_triangles(reader: &TileReader) -> Result<(Vec<Point>, Vec<[u32; 3]>)> {
     let mut numbers: HashMap<[u64; 2], u32> = HashMap::new();
-    let mut points: Vec<Point> = Vec::new();
-    let mut triangles: Vec<[u32; 3]> = Vec::new();
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
     let mut tiles = reader.tiles();
     while let Some(tile) = tiles.try_next().await? {
         for triangle in tile.owned_triangles().filter(|&triangle| !tile.is_hole(triangle)) {
@@ -122,41 +132,38 @@ async fn mesh(reader: &TileReader) -> Result<Mesh> {
             }));
         }
     }
+    Ok((points, triangles))
+}
+
+/// The triangles round each vertex, counter-clockwise, with a mark wherever there is none in between.
+fn triangles_round(points: &[Point], triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
     let mut left: HashMap<[u32; 2], u32> = HashMap::new();
+    let mut of_vertex: Vec<Vec<(u32, u32)>> = vec![Vec::new(); points.len()];
     for (&[a, b, c], number) in triangles.iter().zip(0..) {
-        left.extend([([a, b], number), ([b, c], number), ([c, a], number)]);
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            left.insert([from, to], number);
+            of_vertex[from as usize].push((to, number));
+        }
     }
     let apex = |from: u32, number: u32| {
         let corners = triangles[number as usize];
         let place = corners.iter().position(|&corner| corner == from).unwrap_or(0);
         corners[(place + 2) % 3]
     };
-    // Triangles round each vertex, counter-clockwise, with a mark wherever there is none in between.
-    let mut round: Vec<Vec<u32>> = vec![Vec::new(); points.len()];
-    let mut of_vertex: Vec<Vec<(u32, u32)>> = vec![Vec::new(); points.len()];
-    for (&[a, b, c], number) in triangles.iter().zip(0..) {
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            of_vertex[from as usize].push((to, number));
-        }
-    }
-    for (vertex, (round, its)) in (0..).zip(round.iter_mut().zip(&of_vertex)) {
+    let round = |(vertex, its): (u32, Vec<(u32, u32)>)| {
         // Fans that begin where nothing is on the right; or the only one, all round.
-        let mut starts: Vec<(u32, u32)> = its
-            .iter()
-            .copied()
-            .filter(|&(to, _)| !left.contains_key(&[to, vertex]))
-            .collect();
-        starts.sort_by(|a, b| {
-            let angle = |to: u32| {
-                let (p, q) = (points[vertex as usize], points[to as usize]);
-                (q.y - p.y).atan2(q.x - p.x)
-            };
-            angle(a.0).total_cmp(&angle(b.0))
-        });
+        let is_start = |&(to, _): &(u32, u32)| !left.contains_key(&[to, vertex]);
+        let mut starts: Vec<_> = its.iter().copied().filter(is_start).collect();
+        let angle = |to: u32| {
+            let (p, q) = (points[vertex as usize], points[to as usize]);
+            (q.y - p.y).atan2(q.x - p.x)
+        };
+        starts.sort_by(|a, b| angle(a.0).total_cmp(&angle(b.0)));
         let is_closed = starts.is_empty();
         if is_closed {
             starts.extend(its.first());
         }
+        let mut round = Vec::new();
         for (_, start) in starts {
             let mut number = start;
             loop {
@@ -170,14 +177,9 @@ async fn mesh(reader: &TileReader) -> Result<Mesh> {
                 round.push(u32::MAX);
             }
         }
-    }
-    let vertices = points.iter().zip(round);
-    let vertices = vertices.map(|(p, round)| Vertex::new(glam::vec2(p.x as f32, p.y as f32), round));
-    let polygons = triangles.iter().map(|corners| Polygon::new(corners.to_vec(), false));
-    let mut mesh = Mesh::new(vertices.collect(), polygons.collect())?;
-    while mesh.merge_polygons() {}
-    mesh.bake();
-    Ok(mesh)
+        round
+    };
+    (0..).zip(of_vertex).map(round).collect()
 }
 
 fn peer_point(p: Point) -> glam::Vec2 {

@@ -22,6 +22,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::folder::Folder;
 use super::peer::{self, Peer};
 use super::pictures::Pictures;
+use super::table::Table;
 use super::tiles::own_program;
 use limited::{Ended, Limit, Took, measure};
 use plan::{Data, Plan};
@@ -173,7 +174,7 @@ pub fn run(args: BuildExperimentArgs) -> anyhow::Result<()> {
         limit: bench.limit,
         rounds: args.rounds,
     };
-    folder.keep("builds.csv", record::table(&measured.records).csv());
+    folder.keep("builds.csv", Table::of(record::COLUMNS, &measured.records).csv());
     report::keep(&measured, args.pictures, &mut folder)?;
     folder.publish()
 }

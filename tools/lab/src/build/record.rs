@@ -5,8 +5,9 @@ use serde::Deserialize;
 
 use super::plan::{Data, Plan};
 use crate::peer::Peer;
-use crate::table::{Cell, Table};
+use crate::table::{Cell, Column};
 use limited::{Ended, Limit, Took};
+use tiletool::common::share;
 
 /// Who triangulates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -161,18 +162,19 @@ impl Record {
         own.max(self.took.peak)
     }
 
-    /// Segments that came in.
-    pub fn segments(&self) -> Option<u64> {
-        self.ours().map(|ours| ours.segments)
-    }
-
     fn ours(&self) -> Option<&Summary> {
         self.summary.as_ref().filter(|_| self.engine == Engine::Ours)
     }
-}
 
-fn share(part: u64, whole: u64) -> f64 {
-    if whole == 0 { 0.0 } else { part as f64 / whole as f64 }
+    /// A count of its own account, as a cell.
+    fn told(&self, count: fn(&Summary) -> u64) -> Cell {
+        Cell::count(self.summary.as_ref().map(count))
+    }
+
+    /// The same of our builds only.
+    fn ours_told(&self, count: fn(&Summary) -> u64) -> Cell {
+        Cell::count(self.ours().map(count))
+    }
 }
 
 /// Of the processes with the same engine, points and limit the one in the middle, by time; one that was ended comes before all others.
@@ -212,79 +214,45 @@ pub fn contradictions(records: &[Record]) -> Vec<String> {
     notes
 }
 
-/// All that is known of all processes.
-pub fn table(records: &[Record]) -> Table {
-    let mut table = Table::new([
-        "engine",
-        "distribution",
-        "points",
-        "alpha",
-        "round",
-        "limit_bytes",
-        "ended",
-        "seconds",
-        "user_seconds",
-        "system_seconds",
-        "off_cpu_seconds",
-        "waited_thread_seconds",
-        "bytes_read",
-        "bytes_written",
-        "storage_bytes_read",
-        "storage_bytes_written",
-        "peak_memory_bytes",
-        "vertices",
-        "triangles",
-        "segments",
-        "constraint_edges",
-        "seam_share",
-        "border_share",
-        "held_share",
-        "deferred_segments",
-        "blocks",
-        "tiles",
-        "file_bytes",
-    ]);
-    for record in records {
-        let (took, summary, ours) = (&record.took, record.summary.as_ref(), record.ours());
-        let ended = match took.ended {
+/// All that is known of a process.
+pub const COLUMNS: &[Column<Record>] = &[
+    ("engine", |r| r.engine.name().into()),
+    ("distribution", |r| r.data.kind.name().into()),
+    ("points", |r| r.data.points.into()),
+    ("alpha", |r| Cell::number(r.data.alpha, 2)),
+    ("round", |r| u64::from(r.round).into()),
+    ("limit_bytes", |r| Cell::count(r.limit)),
+    ("ended", |r| {
+        Cell::Text(match r.took.ended {
             Ended::Done => "done".to_owned(),
             Ended::Failed(code) => format!("failed {code}"),
             Ended::Killed(signal) => format!("killed {signal}"),
-        };
-        let off_cpu = record.cpu().map(|cpu| (took.seconds - cpu).max(0.0));
-        table.push([
-            record.engine.name().into(),
-            record.data.kind.name().into(),
-            record.data.points.into(),
-            Cell::number(record.data.alpha, 2),
-            u64::from(record.round).into(),
-            Cell::count(record.limit),
-            Cell::Text(ended),
-            Cell::Number(took.seconds, 3),
-            Cell::number(took.user_seconds, 3),
-            Cell::number(took.system_seconds, 3),
-            Cell::number(off_cpu, 3),
-            Cell::number(record.waited(), 3),
-            Cell::count(record.read()),
-            Cell::count(record.written()),
-            Cell::count(took.storage_read),
-            Cell::count(took.storage_written),
-            Cell::count(record.peak()),
-            Cell::count(summary.map(|its| its.vertices)),
-            Cell::count(summary.map(|its| its.triangles)),
-            Cell::count(record.segments()),
-            Cell::count(summary.map(|its| its.constraint_edges)),
-            Cell::number(record.seam_share(), 4),
-            Cell::number(record.border_share(), 4),
-            Cell::number(record.held_share(), 4),
-            Cell::count(ours.map(|its| its.deferred_segments)),
-            Cell::count(record.blocks()),
-            Cell::count(ours.map(|its| its.tiles)),
-            Cell::count(ours.map(|its| its.file_bytes)),
-        ]);
-    }
-    table
-}
+        })
+    }),
+    ("seconds", |r| Cell::Number(r.took.seconds, 3)),
+    ("user_seconds", |r| Cell::number(r.took.user_seconds, 3)),
+    ("system_seconds", |r| Cell::number(r.took.system_seconds, 3)),
+    ("off_cpu_seconds", |r| {
+        Cell::number(r.cpu().map(|cpu| (r.took.seconds - cpu).max(0.0)), 3)
+    }),
+    ("waited_thread_seconds", |r| Cell::number(r.waited(), 3)),
+    ("bytes_read", |r| Cell::count(r.read())),
+    ("bytes_written", |r| Cell::count(r.written())),
+    ("storage_bytes_read", |r| Cell::count(r.took.storage_read)),
+    ("storage_bytes_written", |r| Cell::count(r.took.storage_written)),
+    ("peak_memory_bytes", |r| Cell::count(r.peak())),
+    ("vertices", |r| r.told(|its| its.vertices)),
+    ("triangles", |r| r.told(|its| its.triangles)),
+    ("segments", |r| r.ours_told(|ours| ours.segments)),
+    ("constraint_edges", |r| r.told(|its| its.constraint_edges)),
+    ("seam_share", |r| Cell::number(r.seam_share(), 4)),
+    ("border_share", |r| Cell::number(r.border_share(), 4)),
+    ("held_share", |r| Cell::number(r.held_share(), 4)),
+    ("deferred_segments", |r| r.ours_told(|ours| ours.deferred_segments)),
+    ("blocks", |r| Cell::count(r.blocks())),
+    ("tiles", |r| r.ours_told(|ours| ours.tiles)),
+    ("file_bytes", |r| r.ours_told(|ours| ours.file_bytes)),
+];
 
 /// What was measured, and on which terms.
 pub struct Measured {

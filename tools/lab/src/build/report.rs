@@ -9,7 +9,7 @@ use crate::machine;
 use crate::peer::Peer;
 use crate::pictures::Pictures;
 use crate::plot::chart::{Chart, Dimension, Line};
-use crate::table::{Cell, Table};
+use crate::table::{Cell, Column, Table};
 use limited::Ended;
 use tiletool::common;
 
@@ -40,8 +40,17 @@ struct Page<'a> {
     text: String,
 }
 
-/// A line of a chart: of which engine, and what of it.
+/// What a line of a chart shows of a process.
 type Value = fn(&Record) -> Option<f64>;
+
+/// A part of what our builds do, and its name.
+type Part = (&'static str, Value);
+
+const TIMES: [Part; 2] = [("CPU", Record::cpu), ("waited", Record::waited)];
+const BYTES: [Part; 2] = [("read", read), ("written", written)];
+/// What goes up from the tiles, and what it is counted in.
+const SHARES: [Part; 2] = [("seam", seam), ("held", held)];
+const SHARE: &str = "% of vertices (seam) or triangles (held)";
 
 const MEBIBYTE: f64 = (1u64 << 20) as f64;
 
@@ -65,8 +74,51 @@ fn seam(record: &Record) -> Option<f64> {
     Some(100.0 * record.seam_share()?)
 }
 
+fn border(record: &Record) -> Option<f64> {
+    Some(100.0 * record.border_share()?)
+}
+
 fn held(record: &Record) -> Option<f64> {
     Some(100.0 * record.held_share()?)
+}
+
+/// Our build of a set of points, and spade's if there is one.
+struct Pair<'a> {
+    ours: &'a Record,
+    spade: Option<&'a Record>,
+}
+
+impl Pair<'_> {
+    /// What is told of both, against the share of segments or the number of points.
+    fn columns(is_by_alpha: bool) -> [Column<Self>; 15] {
+        let varies: Column<Self> = match is_by_alpha {
+            true => ("α", |p| Cell::number(p.ours.data.alpha, 1)),
+            false => ("points", |p| p.ours.data.points.into()),
+        };
+        [
+            ("", |p| p.ours.data.kind.name().into()),
+            varies,
+            ("s", |p| Cell::number(seconds(p.ours), 2)),
+            ("CPU s", |p| Cell::number(p.ours.cpu(), 2)),
+            ("waited s", |p| Cell::number(p.ours.waited(), 2)),
+            ("read MiB", |p| Cell::number(read(p.ours), 1)),
+            ("written MiB", |p| Cell::number(written(p.ours), 1)),
+            ("seam %", |p| Cell::number(seam(p.ours), 2)),
+            ("border %", |p| Cell::number(border(p.ours), 2)),
+            ("held %", |p| {
+                Cell::number(held(p.ours).filter(|_| p.ours.data.alpha.is_some()), 2)
+            }),
+            ("blocks", |p| Cell::count(p.ours.blocks())),
+            ("peak MiB", |p| Cell::number(peak(p.ours), 0)),
+            ("spade s", |p| Cell::number(p.spade.and_then(seconds), 2)),
+            ("spade MiB", |p| Cell::number(p.spade.and_then(peak), 0)),
+            ("ours/spade", |p| Cell::number(p.ratio(), 2)),
+        ]
+    }
+
+    fn ratio(&self) -> Option<f64> {
+        Some(self.ours.took.seconds / self.spade?.took.seconds)
+    }
 }
 
 impl Page<'_> {
@@ -97,74 +149,66 @@ impl Page<'_> {
 
     /// Against the number of points: Figures 3.12 and 3.15 of the thesis.
     fn by_size(&mut self, alpha: Option<f64>) -> anyhow::Result<()> {
-        let what = match alpha {
-            None => "Delaunay triangulation".to_owned(),
-            Some(alpha) => format!("Constrained Delaunay triangulation, α = {alpha}"),
-        };
-        let (stem, short) = match alpha {
-            None => ("dt", "DT".to_owned()),
-            Some(alpha) => ("cdt", format!("CDT, α = {alpha}")),
+        let (stem, short, what) = match alpha {
+            None => ("dt", "DT".to_owned(), "Delaunay triangulation".to_owned()),
+            Some(alpha) => (
+                "cdt",
+                format!("CDT, α = {alpha}"),
+                format!("Constrained Delaunay triangulation, α = {alpha}"),
+            ),
         };
         self.text += &format!("\n## {what}, against the number of points\n\n");
         let data = self.of_each_kind(|kind| {
             let sizes = self.measured.plan.sizes.iter();
             sizes.map(|&points| Data { kind, points, alpha }).collect()
         });
-        self.text += &self.table(data.iter().flatten(), false).markdown();
-        for (kind, data) in self.measured.plan.kinds.iter().zip(&data) {
+        self.text += &self.table(data.iter().flatten(), false);
+        self.growths(&data);
+        self.charts_by_size(&data, stem, &short, alpha.is_some())
+    }
+
+    fn charts_by_size(&mut self, data: &[Vec<Data>], stem: &str, of: &str, has_segments: bool) -> anyhow::Result<()> {
+        let by_points = |data: &Data| data.points as f64;
+        let times = self.lines(data, seconds, by_points);
+        let ours = |parts: &[Part]| self.lines_of_ours(data, parts, by_points);
+        let memory = self.lines(&data[..1], peak, by_points);
+        let shares = if has_segments { &SHARES[..] } else { &SHARES[..1] };
+        let [linear, log]: [fn(&str) -> Dimension; 2] = [Dimension::from_zero, Dimension::logarithmic];
+        let charts = [
+            ("time", "time", log, log("seconds"), times),
+            (
+                "parts",
+                "processor time and waiting for the disk",
+                linear,
+                linear("seconds, all threads together"),
+                ours(&TIMES),
+            ),
+            ("bytes", "bytes read and written", log, log("MiB"), ours(&BYTES)),
+            (
+                "shares",
+                "what goes up from the tiles",
+                log,
+                linear(SHARE),
+                ours(shares),
+            ),
+            ("memory", "peak of resident memory", log, log("MiB"), memory),
+        ];
+        for (what, title, x, y, lines) in charts {
+            let (stem, title) = (format!("{stem}-{what}"), format!("{of}: {title}"));
+            self.picture(&stem, &title, x("points"), y, lines)?;
+        }
+        Ok(())
+    }
+
+    /// Says how time grows with the points of each distribution.
+    fn growths(&mut self, data: &[Vec<Data>]) {
+        for (kind, data) in self.measured.plan.kinds.iter().zip(data) {
             let [ours, its] = [Engine::Ours, Engine::Peer(Peer::Spade)].map(|engine| self.growth(engine, data));
             let Some(ours) = ours else { continue };
             self.text += &format!("\nFrom the smallest to the largest, {kind}: time grows as N^{ours:.2}");
             self.text += &its.map_or_else(String::new, |its| format!(", spade's as N^{its:.2}"));
             self.text += ".\n";
         }
-        let x = || Dimension::logarithmic("points");
-        let by_points = |data: &Data| data.points as f64;
-        let times = self.lines(&data, &self.engines(), seconds, by_points);
-        self.picture(
-            &format!("{stem}-time"),
-            &format!("{short}: time"),
-            x(),
-            Dimension::logarithmic("seconds"),
-            times,
-        )?;
-        let mut parts = self.lines_of_ours(&data, "CPU", 0, Record::cpu, by_points);
-        parts.extend(self.lines_of_ours(&data, "waited", 1, Record::waited, by_points));
-        self.picture(
-            &format!("{stem}-parts"),
-            &format!("{short}: processor time and waiting for the disk"),
-            Dimension::from_zero("points"),
-            Dimension::from_zero("seconds, all threads together"),
-            parts,
-        )?;
-        let mut bytes = self.lines_of_ours(&data, "read", 0, read, by_points);
-        bytes.extend(self.lines_of_ours(&data, "written", 1, written, by_points));
-        self.picture(
-            &format!("{stem}-bytes"),
-            &format!("{short}: bytes read and written"),
-            x(),
-            Dimension::logarithmic("MiB"),
-            bytes,
-        )?;
-        let mut shares = self.lines_of_ours(&data, "seam", 0, seam, by_points);
-        if alpha.is_some() {
-            shares.extend(self.lines_of_ours(&data, "held", 1, held, by_points));
-        }
-        self.picture(
-            &format!("{stem}-shares"),
-            &format!("{short}: what goes up from the tiles"),
-            x(),
-            Dimension::from_zero("% of vertices (seam) or triangles (held)"),
-            shares,
-        )?;
-        let memory = self.lines(&data[..1], &self.engines(), peak, by_points);
-        self.picture(
-            &format!("{stem}-memory"),
-            &format!("{short}: peak of resident memory"),
-            x(),
-            Dimension::logarithmic("MiB"),
-            memory,
-        )
     }
 
     /// Against the share of segments: Figure 3.16 of the thesis.
@@ -181,20 +225,14 @@ impl Page<'_> {
             });
             alphas.collect()
         });
-        self.text += &self.table(data.iter().flatten(), true).markdown();
+        self.text += &self.table(data.iter().flatten(), true);
         let by_alpha = |data: &Data| data.alpha.unwrap_or(0.0);
         let x = || Dimension::fitted("α: segments for each point");
-        let times = self.lines(&data, &self.engines(), seconds, by_alpha);
-        self.picture(
-            "alpha-time",
-            &format!("Time, {title}"),
-            x(),
-            Dimension::from_zero("seconds"),
-            times,
-        )?;
-        let mut shares = self.lines_of_ours(&data, "seam", 0, seam, by_alpha);
-        shares.extend(self.lines_of_ours(&data, "held", 1, held, by_alpha));
-        let y = Dimension::from_zero("% of vertices (seam) or triangles (held)");
+        let times = self.lines(&data, seconds, by_alpha);
+        let y = Dimension::from_zero("seconds");
+        self.picture("alpha-time", &format!("Time, {title}"), x(), y, times)?;
+        let shares = self.lines_of_ours(&data, &SHARES, by_alpha);
+        let y = Dimension::from_zero(SHARE);
         self.picture("alpha-shares", &format!("What goes up, {title}"), x(), y, shares)
     }
 
@@ -329,55 +367,19 @@ impl Page<'_> {
         median(&self.measured.records, engine, data, None)
     }
 
-    fn table<'d>(&self, data: impl Iterator<Item = &'d Data>, is_by_alpha: bool) -> Table {
-        let varies = if is_by_alpha { "α" } else { "points" };
-        let mut table = Table::new([
-            "",
-            varies,
-            "s",
-            "CPU s",
-            "waited s",
-            "read MiB",
-            "written MiB",
-            "seam %",
-            "border %",
-            "held %",
-            "blocks",
-            "peak MiB",
-            "spade s",
-            "spade MiB",
-            "ours/spade",
-        ]);
-        for one in data {
-            let Some(ours) = self.median(Engine::Ours, one) else {
-                continue;
-            };
-            let spade = self
-                .median(Engine::Peer(Peer::Spade), one)
-                .filter(|spade| spade.is_done());
-            let percent = |share: Option<f64>| Cell::number(share.map(|share| 100.0 * share), 2);
-            table.push([
-                one.kind.name().into(),
-                match is_by_alpha {
-                    true => Cell::number(one.alpha, 1),
-                    false => one.points.into(),
-                },
-                Cell::Number(ours.took.seconds, 2),
-                Cell::number(ours.cpu(), 2),
-                Cell::number(ours.waited(), 2),
-                Cell::number(read(ours), 1),
-                Cell::number(written(ours), 1),
-                percent(ours.seam_share()),
-                percent(ours.border_share()),
-                percent(ours.held_share().filter(|_| one.alpha.is_some())),
-                Cell::count(ours.blocks()),
-                Cell::number(peak(ours), 0),
-                Cell::number(spade.map(|spade| spade.took.seconds), 2),
-                Cell::number(spade.and_then(peak), 0),
-                Cell::number(spade.map(|spade| ours.took.seconds / spade.took.seconds), 2),
-            ]);
-        }
-        table
+    /// What is known of each set of points, against their number or the share of segments.
+    fn table<'d>(&self, data: impl Iterator<Item = &'d Data>, is_by_alpha: bool) -> String {
+        let pairs: Vec<_> = data.filter_map(|one| self.pair(one)).collect();
+        Table::of(&Pair::columns(is_by_alpha), &pairs).markdown()
+    }
+
+    /// Our build of a set of points, and spade's.
+    fn pair(&self, data: &Data) -> Option<Pair<'_>> {
+        let spade = self.median(Engine::Peer(Peer::Spade), data);
+        Some(Pair {
+            ours: self.median(Engine::Ours, data)?,
+            spade: spade.filter(|spade| spade.is_done()),
+        })
     }
 
     /// The exponent with which time grows from the first to the last.
@@ -390,15 +392,9 @@ impl Page<'_> {
     }
 
     /// A line for each distribution and engine; engines have colours, and but for the first of them dashes.
-    fn lines(
-        &self,
-        data: &[Vec<Data>],
-        engines: &[Engine],
-        value: Value,
-        x: impl Fn(&Data) -> f64 + Copy,
-    ) -> Vec<Line> {
+    fn lines(&self, data: &[Vec<Data>], value: Value, x: impl Fn(&Data) -> f64 + Copy) -> Vec<Line> {
         let mut lines = Vec::new();
-        for (place, &engine) in engines.iter().enumerate() {
+        for (place, engine) in self.engines().into_iter().enumerate() {
             for (colour, data) in data.iter().enumerate() {
                 let Some(first) = data.first() else { continue };
                 let name = format!("{}, {}", engine.name(), first.kind);
@@ -408,20 +404,17 @@ impl Page<'_> {
         lines
     }
 
-    /// A line for each distribution, of our builds.
-    fn lines_of_ours(
-        &self,
-        data: &[Vec<Data>],
-        what: &str,
-        place: usize,
-        value: Value,
-        x: impl Fn(&Data) -> f64 + Copy,
-    ) -> Vec<Line> {
-        let named = data.iter().enumerate().filter_map(|(colour, data)| {
-            let name = format!("{what}, {}", data.first()?.kind);
-            Some(self.line(name, Engine::Ours, (colour, place > 0), data, value, x))
-        });
-        named.collect()
+    /// A line for each part of our builds and each distribution; but for the first part they have dashes.
+    fn lines_of_ours(&self, data: &[Vec<Data>], parts: &[Part], x: impl Fn(&Data) -> f64 + Copy) -> Vec<Line> {
+        let mut lines = Vec::new();
+        for (place, &(part, value)) in parts.iter().enumerate() {
+            for (colour, data) in data.iter().enumerate() {
+                let Some(first) = data.first() else { continue };
+                let name = format!("{part}, {}", first.kind);
+                lines.push(self.line(name, Engine::Ours, (colour, place > 0), data, value, x));
+            }
+        }
+        lines
     }
 
     fn line(
@@ -460,9 +453,7 @@ impl Page<'_> {
             y,
             lines,
         };
-        let name = self.pictures.name(stem);
-        self.folder.keep_picture(&name, chart.draw())?;
-        self.text += &format!("\n![{title}]({name})\n");
+        self.text += &self.pictures.keep(stem, title, chart.draw(), self.folder)?;
         Ok(())
     }
 }

@@ -6,12 +6,12 @@ use super::measure::{Cost, Wanted, name};
 use crate::folder::Folder;
 use crate::machine;
 use crate::plot::chart::{Chart, Dimension, Line};
-use crate::table::{Cell, Table};
+use crate::table::{Cell, Column, Table};
 use lab::median;
 
 /// Keeps all results.
 pub fn keep(title: &str, costs: &[Cost], folder: &mut Folder) -> anyhow::Result<()> {
-    folder.keep("queries.csv", all(costs).csv());
+    folder.keep("queries.csv", Table::of(COLUMNS, costs).csv());
     let summary = summary(costs);
     folder.keep("summary.csv", summary.csv());
     let mut page = format!(
@@ -32,8 +32,10 @@ pub fn keep(title: &str, costs: &[Cost], folder: &mut Folder) -> anyhow::Result<
 
 type Value = fn(&Cost) -> f64;
 
+const TIME: Value = |cost| cost.milliseconds;
+
 const CHARTS: [(&str, &str, Value); 4] = [
-    ("time.svg", "milliseconds, median", |cost| cost.milliseconds),
+    ("time.svg", "milliseconds, median", TIME),
     ("edges.svg", "constraint edges considered, median", |cost| {
         cost.statistics.edges_considered as f64
     }),
@@ -51,137 +53,116 @@ fn kind(wanted: Wanted) -> (&'static str, u32, Option<f64>) {
     }
 }
 
-fn all(costs: &[Cost]) -> Table {
-    let mut table = Table::new([
-        "kind",
-        "k",
-        "radius",
-        "method",
-        "place",
-        "found",
-        "ms",
-        "candidates",
-        "edges_considered",
-        "edges_kept",
-        "graph_nodes",
-        "nodes_swept",
-        "graph_edges",
-        "rounds",
-        "tiles",
-    ]);
-    for cost in costs {
-        let (kind, k, radius) = kind(cost.wanted);
-        let statistics = &cost.statistics;
-        table.push([
-            kind.into(),
-            u64::from(k).into(),
-            Cell::number(radius, 6),
-            name(cost.method).as_str().into(),
-            (cost.place as u64).into(),
-            (cost.found as u64).into(),
-            Cell::Number(cost.milliseconds, 3),
-            statistics.candidates.into(),
-            statistics.edges_considered.into(),
-            statistics.edges_kept.into(),
-            statistics.graph_nodes.into(),
-            statistics.nodes_swept.into(),
-            statistics.graph_edges.into(),
-            statistics.rounds.into(),
-            statistics.tiles.into(),
-        ]);
-    }
-    table
+/// What the table of all costs tells of each.
+const COLUMNS: &[Column<Cost>] = &[
+    ("kind", |cost| kind(cost.wanted).0.into()),
+    ("k", |cost| u64::from(kind(cost.wanted).1).into()),
+    ("radius", |cost| Cell::number(kind(cost.wanted).2, 6)),
+    ("method", |cost| name(cost.method).as_str().into()),
+    ("place", |cost| (cost.place as u64).into()),
+    ("found", |cost| (cost.found as u64).into()),
+    ("ms", |cost| Cell::Number(cost.milliseconds, 3)),
+    ("candidates", |cost| cost.statistics.candidates.into()),
+    ("edges_considered", |cost| cost.statistics.edges_considered.into()),
+    ("edges_kept", |cost| cost.statistics.edges_kept.into()),
+    ("graph_nodes", |cost| cost.statistics.graph_nodes.into()),
+    ("nodes_swept", |cost| cost.statistics.nodes_swept.into()),
+    ("graph_edges", |cost| cost.statistics.graph_edges.into()),
+    ("rounds", |cost| cost.statistics.rounds.into()),
+    ("tiles", |cost| cost.statistics.tiles.into()),
+];
+
+/// The costs of a question by a method.
+struct Group<'a> {
+    wanted: Wanted,
+    method: Method,
+    costs: Vec<&'a Cost>,
 }
 
-/// The costs of each question and method, in the order in which they came first.
-fn groups(costs: &[Cost]) -> Vec<(Wanted, Method, Vec<&Cost>)> {
-    let mut groups: Vec<(Wanted, Method, Vec<&Cost>)> = Vec::new();
+/// All of them, in the order in which they came first.
+fn groups(costs: &[Cost]) -> Vec<Group<'_>> {
+    let mut groups: Vec<Group> = Vec::new();
     for cost in costs {
-        let known = groups
-            .iter_mut()
-            .find(|group| group.0 == cost.wanted && group.1 == cost.method);
-        match known {
-            Some(group) => group.2.push(cost),
-            None => groups.push((cost.wanted, cost.method, vec![cost])),
+        let is_its = |group: &&mut Group| group.wanted == cost.wanted && group.method == cost.method;
+        match groups.iter_mut().find(is_its) {
+            Some(group) => group.costs.push(cost),
+            None => groups.push(Group {
+                wanted: cost.wanted,
+                method: cost.method,
+                costs: vec![cost],
+            }),
         }
     }
     groups
 }
 
-fn summary(costs: &[Cost]) -> Table {
-    let mut table = Table::new([
-        "kind",
-        "k",
-        "radius",
-        "method",
-        "ms",
-        "times the wave",
-        "locate ms",
-        "collect ms",
-        "graph ms",
-        "candidates",
-        "edges considered",
-        "edges kept",
-        "nodes",
-        "swept",
-        "graph edges",
-        "rounds",
-        "tiles",
-    ]);
-    let groups = groups(costs);
-    let time = |costs: &[&Cost]| median(&costs.iter().map(|cost| cost.milliseconds).collect::<Vec<_>>());
-    for (wanted, method, costs) in &groups {
-        let (kind, k, radius) = kind(*wanted);
-        let wave = groups
-            .iter()
-            .find(|group| group.0 == *wanted && group.1 == Method::Wave);
-        let mean = |value: fn(&Statistics) -> u64| {
-            let sum: u64 = costs.iter().map(|cost| value(&cost.statistics)).sum();
-            Cell::Number(sum as f64 / costs.len() as f64, 1)
-        };
-        let step = |name: &str| {
-            let of_cost = |cost: &&Cost| {
-                let step = cost.statistics.times.iter().find(|step| step.step == name);
-                step.map(|step| 1e3 * step.time.as_secs_f64())
-            };
-            let times: Vec<f64> = costs.iter().filter_map(of_cost).collect();
-            Cell::number((!times.is_empty()).then(|| median(&times)), 3)
-        };
-        table.push([
-            kind.into(),
-            u64::from(k).into(),
-            Cell::number(radius, 4),
-            name(*method).as_str().into(),
-            Cell::Number(time(costs), 3),
-            Cell::number(wave.map(|wave| time(costs) / time(&wave.2)), 1),
-            step("locate"),
-            step("collect"),
-            step("graph"),
-            mean(|statistics| statistics.candidates),
-            mean(|statistics| statistics.edges_considered),
-            mean(|statistics| statistics.edges_kept),
-            mean(|statistics| statistics.graph_nodes),
-            mean(|statistics| statistics.nodes_swept),
-            mean(|statistics| statistics.graph_edges),
-            mean(|statistics| statistics.rounds),
-            mean(|statistics| statistics.tiles),
-        ]);
+impl Group<'_> {
+    fn median(&self, value: Value) -> f64 {
+        median(&self.costs.iter().map(|cost| value(cost)).collect::<Vec<_>>())
     }
-    table
+
+    fn mean(&self, value: fn(&Statistics) -> u64) -> Cell {
+        let sum: u64 = self.costs.iter().map(|cost| value(&cost.statistics)).sum();
+        Cell::Number(sum as f64 / self.costs.len() as f64, 1)
+    }
+
+    /// The median of the milliseconds that a step took, where there was one.
+    fn step(&self, name: &str) -> Cell {
+        let of_cost = |cost: &&Cost| {
+            let step = cost.statistics.times.iter().find(|step| step.step == name);
+            step.map(|step| 1e3 * step.time.as_secs_f64())
+        };
+        let times: Vec<f64> = self.costs.iter().filter_map(of_cost).collect();
+        Cell::number((!times.is_empty()).then(|| median(&times)), 3)
+    }
+}
+
+/// A group beside that of the wave for the same question, if there is one.
+type Compared<'a> = (&'a Group<'a>, Option<&'a Group<'a>>);
+
+fn summary(costs: &[Cost]) -> Table {
+    let groups = groups(costs);
+    let wave = |of: &Group| {
+        let mut groups = groups.iter();
+        groups.find(|group| group.wanted == of.wanted && group.method == Method::Wave)
+    };
+    let compared: Vec<Compared> = groups.iter().map(|group| (group, wave(group))).collect();
+    let columns: [Column<Compared>; 17] = [
+        ("kind", |(g, _)| kind(g.wanted).0.into()),
+        ("k", |(g, _)| u64::from(kind(g.wanted).1).into()),
+        ("radius", |(g, _)| Cell::number(kind(g.wanted).2, 4)),
+        ("method", |(g, _)| name(g.method).as_str().into()),
+        ("ms", |(g, _)| Cell::Number(g.median(TIME), 3)),
+        ("times the wave", |(g, wave)| {
+            Cell::number(wave.map(|wave| g.median(TIME) / wave.median(TIME)), 1)
+        }),
+        ("locate ms", |(g, _)| g.step("locate")),
+        ("collect ms", |(g, _)| g.step("collect")),
+        ("graph ms", |(g, _)| g.step("graph")),
+        ("candidates", |(g, _)| g.mean(|its| its.candidates)),
+        ("edges considered", |(g, _)| g.mean(|its| its.edges_considered)),
+        ("edges kept", |(g, _)| g.mean(|its| its.edges_kept)),
+        ("nodes", |(g, _)| g.mean(|its| its.graph_nodes)),
+        ("swept", |(g, _)| g.mean(|its| its.nodes_swept)),
+        ("graph edges", |(g, _)| g.mean(|its| its.graph_edges)),
+        ("rounds", |(g, _)| g.mean(|its| its.rounds)),
+        ("tiles", |(g, _)| g.mean(|its| its.tiles)),
+    ];
+    Table::of(&columns, &compared)
 }
 
 /// Medians of a value against k; range queries are broken lines.
 fn chart(title: &str, what: &str, costs: &[Cost], value: Value) -> Chart {
     let mut lines: Vec<Line> = Vec::new();
     let mut colours: Vec<Method> = Vec::new();
-    for (wanted, method, costs) in groups(costs) {
-        let (kind, k, radius) = kind(wanted);
+    for group in groups(costs) {
+        let (method, (kind, k, radius)) = (group.method, kind(group.wanted));
         let line_name = format!("{}, {kind}", name(method));
         let colour = colours.iter().position(|&known| known == method).unwrap_or_else(|| {
             colours.push(method);
             colours.len() - 1
         });
-        let point = (f64::from(k), median(&costs.into_iter().map(value).collect::<Vec<_>>()));
+        let point = (f64::from(k), group.median(value));
         match lines.iter_mut().find(|line| line.name == line_name) {
             Some(line) => line.points.push(point),
             None => lines.push(Line {

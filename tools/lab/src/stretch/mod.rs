@@ -17,6 +17,7 @@ use delaunay_tiles::store::{OpenOptions, TileReader};
 
 use super::folder::Folder;
 use super::pictures::Pictures;
+use super::table::Table;
 use super::tiles;
 use crate::work;
 use extract::Within;
@@ -93,7 +94,7 @@ pub fn run(args: StretchArgs) -> anyhow::Result<()> {
         Ok((reader, drawn, figures))
     };
     let (reader, drawn, figures) = work::block_on(work)?;
-    folder.keep("pairs.csv", report::table(&drawn.pairs).csv());
+    folder.keep("pairs.csv", Table::of(report::COLUMNS, &drawn.pairs).csv());
     report::keep(&reader, &name, &drawn, figures, args.pictures, &mut folder)?;
     folder.publish()
 }

@@ -4,37 +4,28 @@ use delaunay_tiles::query::baselines::Stretch;
 use delaunay_tiles::store::TileReader;
 
 use super::pairs::{Drawn, Pair};
-use super::pictures::{Figures, worst};
+use super::pictures::{Figures, Named, worst};
 use crate::folder::Folder;
 use crate::machine;
 use crate::pictures::Pictures;
 use crate::plot::chart::Histogram;
-use crate::table::{Cell, Table};
+use crate::table::{Cell, Column, Table};
 use tiletool::common::thousands;
 
 /// Bins of the histogram, at most and at least.
 const BINS: (usize, usize) = (60, 10);
 
-/// All pairs.
-pub fn table(pairs: &[Pair]) -> Table {
-    let mut table = Table::new([
-        "from_x", "from_y", "to_x", "to_y", "straight", "geodesic", "cdt", "ratio",
-    ]);
-    for pair in pairs {
-        let numbers = [
-            pair.from.x,
-            pair.from.y,
-            pair.to.x,
-            pair.to.y,
-            pair.straight(),
-            pair.geodesic,
-            pair.cdt,
-            pair.ratio(),
-        ];
-        table.push(numbers.map(|number| Cell::Number(number, 6)));
-    }
-    table
-}
+/// What the table of all pairs tells of each.
+pub const COLUMNS: &[Column<Pair>] = &[
+    ("from_x", |pair| Cell::Number(pair.from.x, 6)),
+    ("from_y", |pair| Cell::Number(pair.from.y, 6)),
+    ("to_x", |pair| Cell::Number(pair.to.x, 6)),
+    ("to_y", |pair| Cell::Number(pair.to.y, 6)),
+    ("straight", |pair| Cell::Number(pair.straight(), 6)),
+    ("geodesic", |pair| Cell::Number(pair.geodesic, 6)),
+    ("cdt", |pair| Cell::Number(pair.cdt, 6)),
+    ("ratio", |pair| Cell::Number(pair.ratio(), 6)),
+];
 
 /// Keeps the page, the histogram and the figures.
 pub fn keep(
@@ -45,8 +36,24 @@ pub fn keep(
     pictures: Pictures,
     folder: &mut Folder,
 ) -> anyhow::Result<()> {
+    let mut text = introduction(reader, name, drawn);
+    text += &ratios(&drawn.pairs);
+    let histogram = histogram(&drawn.pairs, name);
+    text += &pictures.keep("ratios", &histogram.title, histogram.draw(), folder)?;
+    for Named { stem, figure } in figures.drawn {
+        text += &pictures.keep(stem, &figure.title, figure.draw()?, folder)?;
+    }
+    for note in figures.notes {
+        text += &format!("\n{note}\n");
+    }
+    folder.keep("README.md", text);
+    Ok(())
+}
+
+/// What was measured, and what the words mean.
+fn introduction(reader: &TileReader, name: &str, drawn: &Drawn) -> String {
     let metadata = &reader.directory().metadata;
-    let mut text = format!(
+    format!(
         "# Stretch: {name}\n\n`{}`\n\nThe file has {} vertices, {} triangles, {} of them in obstacles, and {} constraint edges. {} pairs of its vertices were \
          drawn at random, {} more were not connected. *Geodesic* is the length of the shortest path among the obstacles, by the wave; *CDT* that of the shortest way along edges \
          of the constrained Delaunay triangulation. Their ratio lies between 1 and {} (Bose and Keil 2006) for each pair, or this page would not be there. \
@@ -59,8 +66,12 @@ pub fn keep(
         thousands(drawn.pairs.len() as u64),
         thousands(drawn.apart as u64),
         Stretch::PROVED.get(),
-    );
-    let blocked: Vec<Pair> = drawn.pairs.iter().copied().filter(Pair::is_blocked).collect();
+    )
+}
+
+/// The ratios of all pairs and of those that are blocked, and the largest.
+fn ratios(pairs: &[Pair]) -> String {
+    let blocked: Vec<Pair> = pairs.iter().copied().filter(Pair::is_blocked).collect();
     let mut table = Table::new([
         "",
         "pairs",
@@ -72,13 +83,13 @@ pub fn keep(
         "ratio 1",
         "geodesic / straight line, mean",
     ]);
-    for (pairs, what) in [(&drawn.pairs, "all"), (&blocked, "blocked")] {
+    for (pairs, what) in [(pairs, "all"), (&blocked, "blocked")] {
         if let Some(row) = summary(pairs, what) {
             table.push(row);
         }
     }
-    text += &table.markdown();
-    if let Some(worst) = worst(&drawn.pairs) {
+    let mut text = table.markdown();
+    if let Some(worst) = worst(pairs) {
         text += &format!(
             "\nThe largest ratio is **{:.6}**, from ({}, {}) to ({}, {}).\n",
             worst.ratio(),
@@ -88,19 +99,7 @@ pub fn keep(
             worst.to.y
         );
     }
-    let picture = pictures.name("ratios");
-    folder.keep_picture(&picture, histogram(&drawn.pairs, name).draw())?;
-    text += &format!("\n![CDT distance by geodesic distance]({picture})\n");
-    for named in figures.drawn {
-        let picture = pictures.name(named.stem);
-        folder.keep_picture(&picture, named.figure.draw()?)?;
-        text += &format!("\n![{}]({picture})\n", named.figure.title);
-    }
-    for note in figures.notes {
-        text += &format!("\n{note}\n");
-    }
-    folder.keep("README.md", text);
-    Ok(())
+    text
 }
 
 /// Figures of some pairs' ratios; none if there are no pairs.
