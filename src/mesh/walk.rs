@@ -85,7 +85,9 @@ impl Walk {
             };
             let sides = [one, other, entered];
             let turn = |side: HalfEdge| {
-                let [from, to] = [mesh.origin(side), mesh.destination(side)].map(|vertex| mesh.point(vertex));
+                // Not by `map` over both: the points would go through memory, in other pieces than they are read in.
+                let from = mesh.point(mesh.origin(side));
+                let to = mesh.point(mesh.destination(side));
                 orient2d(from, to, self.target)
             };
             let Some(exit) = sides.into_iter().find(|&side| turn(side) == Orientation::Clockwise) else {
