@@ -11,7 +11,7 @@ mod twin;
 
 use foldhash::{HashMap, HashMapExt};
 
-use crate::geometry::{HalfEdge, PackedHalfEdge, Point};
+use crate::geometry::{HalfEdge, PackedHalfEdge, Point, TriangleId};
 use crate::mesh::{Topology, WALLS};
 use crate::store::{EdgeSource, Tile, TileId, Vertex, VertexId, Weight};
 use hubs::Hubs;
@@ -38,7 +38,7 @@ pub(crate) struct EditTile {
     twins: Vec<[PackedTwin; 3]>,
     bits: Vec<u8>,
     /// Places of triangles that are no more.
-    free: Vec<u32>,
+    free: Vec<TriangleId>,
     /// A half-edge that leaves each vertex of the tile.
     leaving: Vec<PackedHalfEdge>,
     hubs: Hubs,
@@ -62,7 +62,7 @@ impl EditTile {
     /// Takes over what a tile has.
     pub(crate) fn of(tile: &Tile) -> Self {
         let vertices = tile.vertex_count();
-        let triangles: Vec<[u32; 3]> = (0..tile.triangle_count()).map(|t| tile.corners(t)).collect();
+        let triangles: Vec<[u32; 3]> = tile.triangle_ids().map(|t| tile.corners(t)).collect();
         let corners = triangles.as_flattened().iter().map(|&corner| corner + 1).max();
         let foreign: Vec<Vertex> = (vertices..corners.unwrap_or(0))
             .map(|corner| tile.vertex(corner))
@@ -84,10 +84,12 @@ impl EditTile {
                 .map(|(vertex, place)| (vertex.id, place))
                 .collect(),
             foreign,
-            twins: (0..tile.triangle_count())
+            twins: tile
+                .triangle_ids()
                 .map(|t| HalfEdge::of_triangle(t).map(|side| tile.twin(side).into()))
                 .collect(),
-            bits: (0..tile.triangle_count())
+            bits: tile
+                .triangle_ids()
                 .map(|t| HalfEdge::of_triangle(t).map(bits).into_iter().sum())
                 .collect(),
             hubs: Hubs::of(vertices as usize, &triangles),
@@ -161,7 +163,7 @@ impl EditTile {
 
     /// The bits of the sides of a side's triangle, from that side on.
     pub(crate) fn bits_from(&self, side: HalfEdge) -> u8 {
-        let bits = self.bits[side.triangle() as usize];
+        let bits = self.bits[side.triangle().index()];
         let turned = |bits: u8| {
             let (bits, first) = (bits & 0b111, side.corner());
             (bits >> first | bits << (3 - first)) & 0b111
@@ -171,7 +173,7 @@ impl EditTile {
 
     /// The bits of a side alone, in the places of a first one.
     fn side_bits(&self, side: HalfEdge) -> u8 {
-        self.bits[side.triangle() as usize] >> side.corner() & (1 | 1 << WALLS)
+        self.bits[side.triangle().index()] >> side.corner() & (1 | 1 << WALLS)
     }
 
     pub(crate) fn is_constraint(&self, side: HalfEdge) -> bool {
@@ -187,7 +189,7 @@ impl EditTile {
     pub(crate) fn fix(&mut self, corners: [VertexId; 3], bits: u8) -> bool {
         let side = self.side_of(corners);
         if let Some(side) = side {
-            self.bits[side.triangle() as usize] |= bits << side.corner();
+            self.bits[side.triangle().index()] |= bits << side.corner();
         }
         side.is_some()
     }
@@ -228,9 +230,12 @@ impl EditTile {
     }
 
     /// The places of its triangles, those whose corners are all its own first.
-    pub(crate) fn in_order(&self) -> (Vec<u32>, usize) {
+    pub(crate) fn in_order(&self) -> (Vec<TriangleId>, usize) {
         let own = self.points.len() as u32;
-        let all = (0u32..).zip(&self.triangles).filter(|(_, corners)| **corners != GONE);
+        let all = self
+            .triangle_ids()
+            .zip(&self.triangles)
+            .filter(|(_, corners)| **corners != GONE);
         let (core, border): (Vec<_>, Vec<_>) = all.partition(|(_, corners)| corners.iter().all(|&corner| corner < own));
         let core_count = core.len();
         let places = core.into_iter().chain(border).map(|(place, _)| place);
@@ -238,8 +243,8 @@ impl EditTile {
     }
 
     /// Whether a triangle belongs to the tile.
-    pub(crate) fn owns(&self, place: u32) -> bool {
-        let corners = self.triangles[place as usize].map(|corner| self.vertex(corner));
+    pub(crate) fn owns(&self, place: TriangleId) -> bool {
+        let corners = self.triangles[place.index()].map(|corner| self.vertex(corner));
         let smallest = corners.iter().min_by(|a, b| a.point.lex_cmp(b.point));
         smallest.is_some_and(|vertex| vertex.id.tile == self.id)
     }

@@ -89,7 +89,10 @@ async fn foreign_z(numbering: &Numbering, tile: &Tile) -> Result<ForeignZ, ReadE
     if !numbering.has_z() {
         return Ok(foreign);
     }
-    for triangle in (tile.core_triangle_count()..tile.triangle_count()).filter(|&t| numbering.is_written(tile, t)) {
+    for triangle in tile
+        .border_triangle_ids()
+        .filter(|&triangle| numbering.is_written(tile, triangle))
+    {
         let corners = tile.corners(triangle).into_iter();
         for corner in corners.filter(|&corner| corner >= tile.vertex_count()) {
             let vertex = tile.vertex(corner).id;

@@ -5,6 +5,7 @@
 
 use super::error::Contradiction;
 use super::options::ExportOptions;
+use crate::geometry::TriangleId;
 use crate::store::{Directory, ReadError, Tile, TileId, TileReader, VertexId};
 
 /// The number of each tile's first vertex.
@@ -79,7 +80,7 @@ impl Numbering {
     }
 
     /// Whether a triangle is written with this tile.
-    pub(super) fn is_written(&self, tile: &Tile, triangle: u32) -> bool {
+    pub(super) fn is_written(&self, tile: &Tile, triangle: TriangleId) -> bool {
         tile.owns(triangle) && !(self.leaves_out_holes() && tile.is_hole(triangle))
     }
 

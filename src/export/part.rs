@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::error::Contradiction;
 use super::numbering::Numbering;
+use crate::geometry::TriangleId;
 use crate::store::{ReadError, TileInPass, VertexId};
 
 /// Vertices, triangles or edges of a part.
@@ -50,7 +51,8 @@ impl Part {
     ) -> Result<(), Contradiction> {
         let Self { tile, range, .. } = self;
         let start = numbering.start(tile);
-        for triangle in range.clone().filter(|&triangle| numbering.is_written(tile, triangle)) {
+        let triangles = range.clone().map(TriangleId);
+        for triangle in triangles.filter(|&triangle| numbering.is_written(tile, triangle)) {
             let corners = tile.corners(triangle);
             let mut numbers = corners.map(|corner| start + u64::from(corner));
             for (corner, number) in corners.into_iter().zip(&mut numbers) {
@@ -95,10 +97,11 @@ impl Numbering {
             };
             if cut == Cut::Triangles {
                 let core = tile.core_triangle_count().clamp(range.start, range.end);
-                let of_part = core - range.start + (core..range.end).filter(|&t| tile.owns(t)).count() as u32;
+                let of_part =
+                    core - range.start + (core..range.end).filter(|&t| tile.owns(TriangleId(t))).count() as u32;
                 owned += of_part;
                 triangles = match self.leaves_out_holes() {
-                    true => range.clone().filter(|&t| self.is_written(tile, t)).count() as u32,
+                    true => range.clone().filter(|&t| self.is_written(tile, TriangleId(t))).count() as u32,
                     false => of_part,
                 };
             }

@@ -3,7 +3,7 @@
 use super::boundary::Boundary;
 use super::topology::{Topology, Twin};
 use super::triangulation::Triangulation;
-use crate::geometry::{HalfEdge, PackedHalfEdge};
+use crate::geometry::{HalfEdge, PackedHalfEdge, TriangleId};
 
 /// In the byte of a triangle, the bits of its sides that are constraints stand at 0 to 2, those that are walls too at
 /// [`WALLS`] to 5, and that of a triangle that a piece crosses here.
@@ -71,7 +71,7 @@ impl Constrained {
     /// Whether a half-edge is on a constraint.
     #[must_use]
     pub fn is_constraint(&self, side: HalfEdge) -> bool {
-        self.fixed[side.triangle() as usize] >> side.corner() & 1 == 1
+        self.fixed[side.triangle().index()] >> side.corner() & 1 == 1
     }
 
     /// All constraint edges, once each.
@@ -85,8 +85,8 @@ impl Constrained {
     }
 
     /// The bits of a triangle's sides: from 0 on those that are constraints, from [`WALLS`] on those that are walls.
-    pub(crate) fn side_bits(&self, triangle: u32) -> u8 {
-        self.fixed[triangle as usize]
+    pub(crate) fn side_bits(&self, triangle: TriangleId) -> u8 {
+        self.fixed[triangle.index()]
     }
 
     /// The triangles, and the bits of each one's sides.
@@ -98,7 +98,7 @@ impl Constrained {
     pub(crate) fn fix(&mut self, side: HalfEdge, is_wall: bool) {
         let bits = if is_wall { WALL } else { CONSTRAINT };
         for side in [Some(side), self.mesh.twin(side).half_edge()].into_iter().flatten() {
-            self.fixed[side.triangle() as usize] |= bits << side.corner();
+            self.fixed[side.triangle().index()] |= bits << side.corner();
         }
     }
 

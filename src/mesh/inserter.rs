@@ -22,7 +22,7 @@ use super::chain::{Chain, fill};
 use super::constrained::{CROSSED, Constrained};
 use super::leaving::{Leaving, Stars, leaving_towards};
 use super::topology::Topology;
-use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 
 /// Two segments cross, away from the points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -52,7 +52,7 @@ pub struct Crossing {
 #[derive(Debug, Default)]
 pub struct Inserter {
     /// The triangles that a piece crosses.
-    crossed: Vec<u32>,
+    crossed: Vec<TriangleId>,
     left: Chain,
     right: Chain,
     cavity: Cavity,
@@ -157,7 +157,7 @@ impl Inserter {
     }
 
     /// The triangles that the last step crossed.
-    pub(crate) fn crossed(&self) -> &[u32] {
+    pub(crate) fn crossed(&self) -> &[TriangleId] {
         &self.crossed
     }
 
@@ -218,7 +218,7 @@ impl Inserter {
     /// triangles that it crosses.
     pub(crate) fn replace(&mut self, points: &[Point], mesh: &mut Constrained, is_wall: bool) {
         for &triangle in &self.crossed {
-            mesh.fixed[triangle as usize] |= CROSSED;
+            mesh.fixed[triangle.index()] |= CROSSED;
         }
         // Both chains have their polygon on the left.
         self.right.reverse();

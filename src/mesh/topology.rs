@@ -9,7 +9,7 @@
 //!
 //! [`Walk`](super::Walk) locates points.
 
-use crate::geometry::{HalfEdge, Point};
+use crate::geometry::{HalfEdge, Point, TriangleId};
 
 /// What lies on the other side of an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +71,11 @@ pub trait Topology {
     #[inline]
     fn apex(&self, half_edge: HalfEdge) -> u32 {
         self.origin(half_edge.prev())
+    }
+
+    /// All triangles.
+    fn triangle_ids(&self) -> impl DoubleEndedIterator<Item = TriangleId> + ExactSizeIterator + use<Self> {
+        (0..self.triangle_count()).map(TriangleId)
     }
 
     /// All half-edges.

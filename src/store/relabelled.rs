@@ -2,7 +2,7 @@
 
 use futures::stream::TryStreamExt;
 
-use crate::geometry::{HalfEdge, PackedHalfEdge};
+use crate::geometry::{HalfEdge, PackedHalfEdge, TriangleId};
 use crate::io::{Buffers, MemoryFile};
 use crate::mesh::{Topology, Twin};
 use crate::store::format::directory::{Directory, TileEntry};
@@ -17,7 +17,7 @@ use crate::store::writer::TileWriter;
 fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
     let core_sides = 3 * tile.core_triangle_count();
     let vertices = 0..tile.vertex_count();
-    let triangles: Vec<[u32; 3]> = (0..tile.triangle_count()).map(|t| tile.corners(t)).collect();
+    let triangles: Vec<[u32; 3]> = tile.triangle_ids().map(|t| tile.corners(t)).collect();
     let (of_core, of_border) = triangles.split_at(tile.core_triangle_count() as usize);
     let in_core = |side: HalfEdge| {
         let twin = tile.twin(side).half_edge();
@@ -38,7 +38,9 @@ fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
         z: vertices.clone().filter_map(|v| tile.z(v)).collect(),
         records: vertices.map(|v| tile.record(v)).collect(),
         triangles: of_core.to_vec(),
-        neighbours: (0..tile.core_triangle_count())
+        neighbours: tile
+            .triangle_ids()
+            .take(of_core.len())
             .map(|t| HalfEdge::of_triangle(t).map(in_core))
             .collect(),
         constraints: Vec::new(),
@@ -55,7 +57,8 @@ fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
             .map(|v| (v.id, v.point))
             .collect(),
         triangles: of_border.to_vec(),
-        neighbours: (tile.core_triangle_count()..tile.triangle_count())
+        neighbours: tile
+            .border_triangle_ids()
             .map(|t| HalfEdge::of_triangle(t).map(|side| tile.twin(side)))
             .collect(),
         core_links: links.collect(),
@@ -73,7 +76,7 @@ fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
 /// and kinds that `label` says.
 pub(crate) async fn relabelled(
     reader: &TileReader,
-    label: impl Fn(&Tile, u32) -> Component,
+    label: impl Fn(&Tile, TriangleId) -> Component,
     change: impl Fn(&Tile, &mut CoreDraft, &mut BorderDraft),
     metadata: impl FnOnce(&mut Metadata),
 ) -> MemoryFile {
@@ -84,7 +87,7 @@ pub(crate) async fn relabelled(
     for tile in tiles {
         let (mut core, mut border) = drafts(&tile);
         let mut components: Vec<u32> = Vec::new();
-        for triangle in 0..tile.triangle_count() {
+        for triangle in tile.triangle_ids() {
             let label = label(&tile, triangle);
             let place = border.regions.iter().position(|&other| other == label);
             components.push(place.unwrap_or(border.regions.len()) as u32);

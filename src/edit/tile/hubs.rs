@@ -4,7 +4,7 @@
 
 use foldhash::{HashMap, HashSet};
 
-use crate::geometry::HalfEdge;
+use crate::geometry::{HalfEdge, TriangleId};
 
 /// A vertex with more triangles than this is a hub. To go round others is faster than to keep an index of their edges.
 pub(crate) const MOST_AROUND: u32 = 64;
@@ -33,7 +33,7 @@ impl Hubs {
         let hubs = (0..).zip(&this.degrees).filter(|(_, degree)| **degree > MOST_AROUND);
         this.hubs = hubs.map(|(vertex, _)| vertex).collect();
         if !this.hubs.is_empty() {
-            for (&corners, place) in triangles.iter().zip(0..) {
+            for (&corners, place) in triangles.iter().zip((0..).map(TriangleId)) {
                 this.enter(corners, place);
             }
         }
@@ -71,7 +71,7 @@ impl Hubs {
     }
 
     /// Takes a new triangle, by its corners and its place.
-    pub(crate) fn add(&mut self, corners: [u32; 3], place: u32) {
+    pub(crate) fn add(&mut self, corners: [u32; 3], place: TriangleId) {
         for corner in corners {
             if let Some(degree) = self.degrees.get_mut(corner as usize) {
                 *degree += 1;
@@ -93,7 +93,7 @@ impl Hubs {
     }
 
     /// Notes the sides of a triangle that start or end at a hub.
-    pub(crate) fn enter(&mut self, corners: [u32; 3], place: u32) {
+    pub(crate) fn enter(&mut self, corners: [u32; 3], place: TriangleId) {
         for (ends, corner) in self.of_hubs(corners) {
             self.sides.insert(ends, HalfEdge::new(place, corner));
         }

@@ -15,7 +15,7 @@ struct Part<'a> {
 
 impl Part<'_> {
     fn has(&self, half_edge: HalfEdge) -> bool {
-        self.gone == 0 || !(half_edge.triangle() + 1).is_multiple_of(self.gone)
+        self.gone == 0 || !(half_edge.triangle().0 + 1).is_multiple_of(self.gone)
     }
 }
 
@@ -107,7 +107,7 @@ fn check_walks(part: &Part<'_>, target: Point) {
         orient2d(from, to, target)
     };
     let turns = |triangle| HalfEdge::of_triangle(triangle).map(turn);
-    let is_inside = (0..part.triangle_count()).any(|t| !turns(t).contains(&Orientation::Clockwise));
+    let is_inside = part.triangle_ids().any(|t| !turns(t).contains(&Orientation::Clockwise));
     for mut start in part.half_edges() {
         let mut walk = Walk::new(target, part.triangle_count().into());
         let end = loop {

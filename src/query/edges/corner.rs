@@ -1,6 +1,6 @@
 //! Triangles by their vertices, whether these are the file's or were put in.
 
-use crate::geometry::{HalfEdge, Point};
+use crate::geometry::{HalfEdge, Point, TriangleId};
 use crate::store::{Tile, TileId, VertexId};
 
 /// A vertex of the file, or a point that was put in. It is as small as the number of a vertex, since the queue and the sets of
@@ -107,7 +107,7 @@ pub(crate) struct Face {
 
 impl Face {
     /// A triangle of the file.
-    pub(super) fn of(tile: &Tile, triangle: u32) -> Self {
+    pub(super) fn of(tile: &Tile, triangle: TriangleId) -> Self {
         let vertices = tile.vertices(triangle);
         let corner = |i: usize| Corner {
             vertex: vertices[i].id.into(),

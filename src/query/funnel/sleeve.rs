@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use super::pull::Portal;
 use crate::geometry::Orientation::{Clockwise, Collinear, CounterClockwise};
-use crate::geometry::{HalfEdge, Point, orient2d};
+use crate::geometry::{HalfEdge, Point, TriangleId, orient2d};
 use crate::query::answer::WayPoint;
 use crate::query::edges::{Node, Within, sector, wedge};
 use crate::query::free_space::{Beyond, Ground, Wedge};
@@ -181,7 +181,7 @@ async fn straight(
     let from = tile.point(tile.origin(side));
     let (mut tile, mut exit) = (tile, side.next());
     let mut portals = Vec::new();
-    let is_in = |tile: &Tile, triangle: u32| {
+    let is_in = |tile: &Tile, triangle: TriangleId| {
         let corners = tile.triangle_points(triangle);
         (0..3).all(|s| orient2d(corners[s], corners[(s + 1) % 3], to) != Clockwise)
     };

@@ -1,6 +1,6 @@
 //! Where points lie.
 
-use crate::geometry::Point;
+use crate::geometry::{Point, TriangleId};
 use crate::store::{Tile, TileId, Vertex};
 
 /// A triangle, by a tile that holds it.
@@ -11,7 +11,7 @@ pub struct TriangleRef {
     /// The tile.
     pub tile: TileId,
     /// Its number there.
-    pub triangle: u32,
+    pub triangle: TriangleId,
     /// Its corners, counter-clockwise.
     pub vertices: [Vertex; 3],
     /// The z of each corner. `None` if the file has no z, or if another tile owns the corner:
@@ -21,7 +21,7 @@ pub struct TriangleRef {
 
 impl TriangleRef {
     /// A triangle of a tile.
-    pub(crate) fn of(tile: &Tile, triangle: u32) -> Self {
+    pub(crate) fn of(tile: &Tile, triangle: TriangleId) -> Self {
         let corners = tile.corners(triangle);
         let is_own = |corner| corner < tile.vertex_count();
         Self {

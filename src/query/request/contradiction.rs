@@ -1,6 +1,6 @@
 //! How a tile contradicts itself or others.
 
-use crate::geometry::Point;
+use crate::geometry::{Point, TriangleId};
 use crate::mesh::{EndlessWalk, StarError};
 use crate::store::VertexId;
 
@@ -24,7 +24,7 @@ pub(crate) enum Contradiction {
     #[error("vertices {0} and {1} have no edge on the hull")]
     NoHullEdge(VertexId, VertexId),
     #[error("triangle {0} does not lie beside the one that it is said to lie beside")]
-    NotBeside(u32),
+    NotBeside(TriangleId),
     #[error("an end of side {0} lies elsewhere for other tiles")]
     EndElsewhere(u32),
     #[error("a walk goes in circles")]

@@ -13,6 +13,7 @@
 
 use super::cone::Crossing;
 use super::roots::TIE;
+use crate::geometry::TriangleId;
 use crate::query::answer::distance;
 use crate::query::free_space::Ground;
 
@@ -28,16 +29,16 @@ pub(crate) struct Reached {
     lengths: Vec<f64>,
     /// Triangles in dead ends by which one comes to goals, in order; none if it was not known where dead ends begin when the wave came here.
     /// It need not heed what was found out later.
-    awake: Option<Vec<u32>>,
+    awake: Option<Vec<TriangleId>>,
 }
 
 impl Reached {
     /// Nothing yet, of a tile in or at whose triangles goals lie.
-    pub(crate) fn new(ground: Ground<'_>, goals: impl Iterator<Item = u32>) -> Self {
+    pub(crate) fn new(ground: Ground<'_>, goals: impl Iterator<Item = TriangleId>) -> Self {
         let (tile, passages) = (ground.tile, ground.passages());
-        let goals = goals.filter(|&triangle| triangle < tile.triangle_count());
+        let goals = goals.filter(|&triangle| triangle.0 < tile.triangle_count());
         let awake = passages.come().then(|| {
-            let mut awake: Vec<u32> = goals.flat_map(|triangle| passages.way_in(triangle)).collect();
+            let mut awake: Vec<TriangleId> = goals.flat_map(|triangle| passages.way_in(triangle)).collect();
             awake.sort_unstable();
             awake
         });
@@ -49,7 +50,7 @@ impl Reached {
     }
 
     /// Whether a goal may lie in a dead end that begins with this triangle.
-    pub(crate) fn may_enter(&self, triangle: u32) -> bool {
+    pub(crate) fn may_enter(&self, triangle: TriangleId) -> bool {
         self.awake
             .as_ref()
             .is_none_or(|awake| awake.binary_search(&triangle).is_ok())

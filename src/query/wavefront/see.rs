@@ -7,7 +7,7 @@ use super::parts::{Shape, Side};
 use super::roots::TIE;
 use super::task::{Task, Via};
 use super::wave::Wave;
-use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 use crate::query::answer::distance;
 use crate::query::free_space::{Ground, Mark};
 
@@ -112,7 +112,7 @@ impl Wave {
     }
 
     /// The places in a closed triangle that a root sees whole.
-    pub(super) fn see_places_in(&mut self, ground: Ground<'_>, root: u32, triangle: u32) {
+    pub(super) fn see_places_in(&mut self, ground: Ground<'_>, root: u32, triangle: TriangleId) {
         if self.parts.is_some() {
             let corners = ground.tile.triangle_points(triangle);
             self.keep(root, Shape::Triangle { corners, between: None });

@@ -10,7 +10,7 @@ use super::roots::{Root, SeenVertices};
 use super::task::{Task, Via};
 use super::waiting::Waiting;
 use super::wave::{PAUSE, Wave};
-use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 use crate::query::free_space::{Ground, Place, Spot, Wedge};
 use crate::query::locating::TriangleRef;
 use crate::query::request::{Contradiction, side_towards};
@@ -102,7 +102,7 @@ impl Wave {
     }
 
     /// The source lies in a closed triangle.
-    pub(super) fn start_in(&mut self, ground: Ground<'_>, triangle: u32) -> Result<(), Contradiction> {
+    pub(super) fn start_in(&mut self, ground: Ground<'_>, triangle: TriangleId) -> Result<(), Contradiction> {
         if ground.is_free(triangle) {
             self.spread_in(ground, 0, triangle)?;
         }
@@ -146,7 +146,12 @@ impl Wave {
     }
 
     /// All that a root sees that lies in a closed triangle or at its corner.
-    pub(super) fn spread_in(&mut self, ground: Ground<'_>, root: u32, triangle: u32) -> Result<(), Contradiction> {
+    pub(super) fn spread_in(
+        &mut self,
+        ground: Ground<'_>,
+        root: u32,
+        triangle: TriangleId,
+    ) -> Result<(), Contradiction> {
         let at = self.roots[root as usize].point;
         self.see_places_in(ground, root, triangle);
         for side in HalfEdge::of_triangle(triangle) {

@@ -2,7 +2,7 @@
 
 use std::hash::BuildHasher;
 
-use crate::geometry::{HalfEdge, Point};
+use crate::geometry::{HalfEdge, Point, TriangleId};
 use crate::store::{TileId, VertexId};
 
 /// A thing to do, in a tile that the queue knows.
@@ -38,7 +38,7 @@ pub(super) enum Task {
     /// A goal is reached from `root`, over `length` in all. This needs no tile.
     Goal { goal: u32, root: u32, length: f64 },
     /// The source lies in a triangle.
-    Start { triangle: u32 },
+    Start { triangle: TriangleId },
     /// The source lies on an edge, in the triangle of the side that comes from vertex `from` to `vertex` of the tile.
     StartOnEdge { vertex: u32, from: VertexId },
     /// The source is a vertex of the tile.

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use crate::geometry::{HalfEdge, Point};
+use crate::geometry::{HalfEdge, Point, TriangleId};
 use crate::io::memory_of;
 use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::packed::Packed;
@@ -96,6 +96,16 @@ impl Tile {
     #[must_use]
     pub fn triangle_count(&self) -> u32 {
         ((self.triangles.len() + self.border_triangles.len()) / 3) as u32
+    }
+
+    /// The triangles of core and border.
+    pub fn triangle_ids(&self) -> impl DoubleEndedIterator<Item = TriangleId> + ExactSizeIterator + Clone + use<> {
+        (0..self.triangle_count()).map(TriangleId)
+    }
+
+    /// The triangles of the border.
+    pub(crate) fn border_triangle_ids(&self) -> impl ExactSizeIterator<Item = TriangleId> + use<> {
+        (self.core_triangle_count()..self.triangle_count()).map(TriangleId)
     }
 
     /// Vertices of the tile, and those of others at corners of its triangles.
@@ -189,27 +199,27 @@ impl Tile {
     /// The corners of a triangle, counter-clockwise.
     #[inline]
     #[must_use]
-    pub fn corners(&self, triangle: u32) -> [u32; 3] {
+    pub fn corners(&self, triangle: TriangleId) -> [u32; 3] {
         HalfEdge::of_triangle(triangle).map(|half_edge| self.origin(half_edge))
     }
 
     /// The vertices of a triangle, counter-clockwise.
     #[must_use]
-    pub fn vertices(&self, triangle: u32) -> [Vertex; 3] {
+    pub fn vertices(&self, triangle: TriangleId) -> [Vertex; 3] {
         self.corners(triangle).map(|corner| self.vertex(corner))
     }
 
     /// The places of a triangle's corners.
     #[inline]
     #[must_use]
-    pub fn triangle_points(&self, triangle: u32) -> [Point; 3] {
+    pub fn triangle_points(&self, triangle: TriangleId) -> [Point; 3] {
         self.corners(triangle).map(|corner| self.point(corner))
     }
 
     /// Whether a triangle belongs to this tile: in a scan over all tiles each triangle belongs to exactly one.
     #[must_use]
-    pub fn owns(&self, triangle: u32) -> bool {
-        if triangle < self.core_triangle_count() {
+    pub fn owns(&self, triangle: TriangleId) -> bool {
+        if triangle.0 < self.core_triangle_count() {
             return true;
         }
         self.corners(triangle)
@@ -219,39 +229,39 @@ impl Tile {
     }
 
     /// The triangles that belong to this tile.
-    pub fn owned_triangles(&self) -> impl Iterator<Item = u32> {
-        (0..self.triangle_count()).filter(|&triangle| self.owns(triangle))
+    pub fn owned_triangles(&self) -> impl Iterator<Item = TriangleId> {
+        self.triangle_ids().filter(|&triangle| self.owns(triangle))
     }
 
     /// The number of the region that a triangle belongs to: what is connected without passing a constraint. 0 in files
     /// that know no regions.
     #[must_use]
-    pub fn region(&self, triangle: u32) -> u64 {
+    pub fn region(&self, triangle: TriangleId) -> u64 {
         self.component(triangle).region
     }
 
     /// By how many obstacles a triangle is covered.
     #[must_use]
-    pub fn depth(&self, triangle: u32) -> i32 {
+    pub fn depth(&self, triangle: TriangleId) -> i32 {
         self.component(triangle).depth
     }
 
     /// Whether a triangle belongs to a hole.
     #[must_use]
-    pub fn is_hole(&self, triangle: u32) -> bool {
+    pub fn is_hole(&self, triangle: TriangleId) -> bool {
         self.component(triangle).is_hole
     }
 
     /// What is true of a triangle and all that it is connected with in the tile.
-    pub(crate) fn component(&self, triangle: u32) -> Component {
+    pub(crate) fn component(&self, triangle: TriangleId) -> Component {
         self.component_at(self.component_number(triangle))
     }
 
     /// The number of the component that a triangle belongs to.
-    pub(crate) fn component_number(&self, triangle: u32) -> u32 {
+    pub(crate) fn component_number(&self, triangle: TriangleId) -> u32 {
         let count = self.triangle_count();
-        assert!(triangle < count, "tile {} has no triangle {triangle}", self.id);
-        self.regions.number(triangle as usize) as u32
+        assert!(triangle.0 < count, "tile {} has no triangle {triangle}", self.id);
+        self.regions.number(triangle.index()) as u32
     }
 
     /// What is true of a component, by its number.

@@ -19,7 +19,7 @@ pub(super) struct HullVertex {
 /// Checks that the triangles at each vertex of a tile make a single fan, which is all of its star.
 pub(super) fn fans(tile: &Tile, has_triangles: bool) -> Result<Fans, Fault> {
     let mut at_vertex = vec![0u32; tile.vertex_count() as usize];
-    for corner in (0..tile.triangle_count()).flat_map(|t| tile.corners(t)) {
+    for corner in tile.triangle_ids().flat_map(|t| tile.corners(t)) {
         if let Some(count) = at_vertex.get_mut(corner as usize) {
             *count += 1;
         }

@@ -38,7 +38,7 @@ fn models() -> Vec<Model> {
 #[track_caller]
 fn found(model: &Model) -> (TileId, Option<u32>, String) {
     match model.verify() {
-        Err(VerifyError::Tile { tile, triangle, reason }) => (tile, triangle, reason),
+        Err(VerifyError::Tile { tile, triangle, reason }) => (tile, triangle.map(|triangle| triangle.0), reason),
         other => panic!("{other:?}"),
     }
 }

@@ -9,8 +9,8 @@ impl Tile {
     /// The corner that a half-edge starts at.
     #[inline]
     #[must_use]
-    pub fn origin(&self, half_edge: impl Into<HalfEdge>) -> u32 {
-        let side = half_edge.into().index();
+    pub fn origin(&self, half_edge: HalfEdge) -> u32 {
+        let side = half_edge.index();
         match side.checked_sub(self.triangles.len()) {
             None => self.triangles.get(side) as u32,
             Some(side) => self.border_triangles.get(side) as u32,

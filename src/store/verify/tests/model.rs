@@ -76,7 +76,10 @@ impl ModelTile {
     }
 
     fn of(tile: &Tile) -> Self {
-        let all = || (0..tile.triangle_count()).map(|t| (t, smallest_first(tile.vertices(t).map(|v| v.id))));
+        let all = || {
+            tile.triangle_ids()
+                .map(|t| (t, smallest_first(tile.vertices(t).map(|v| v.id))))
+        };
         let edge = |side: TileEdge| tile.ends(side).map(|v| v.id);
         let unordered = |side: TileEdge| pair(edge(side)[0], edge(side)[1]);
         let sides = || tile.half_edges().map(TileEdge::HalfEdge);
@@ -89,11 +92,11 @@ impl ModelTile {
             points: tile.points().collect(),
             z: vec![1.0; tile.vertex_count() as usize],
             core: all()
-                .filter(|(t, _)| *t < tile.core_triangle_count())
+                .filter(|(t, _)| t.0 < tile.core_triangle_count())
                 .map(|(_, t)| t)
                 .collect(),
             border: all()
-                .filter(|(t, _)| *t >= tile.core_triangle_count())
+                .filter(|(t, _)| t.0 >= tile.core_triangle_count())
                 .map(|(_, t)| t)
                 .collect(),
             beliefs: HashMap::new(),

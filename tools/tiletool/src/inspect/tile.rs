@@ -1,6 +1,6 @@
 //! One tile in full.
 
-use delaunay_tiles::geometry::HalfEdge;
+use delaunay_tiles::geometry::{HalfEdge, TriangleId};
 use delaunay_tiles::mesh::Twin;
 use delaunay_tiles::store::{Tile, TileReader};
 use serde::Serialize;
@@ -80,9 +80,7 @@ impl WholeTile {
                 max_y: finite(cell.max_y),
             },
             vertex_list: vertices.collect(),
-            triangle_list: (0..tile.triangle_count())
-                .map(|number| triangle(tile, number))
-                .collect(),
+            triangle_list: tile.triangle_ids().map(|id| triangle(tile, id)).collect(),
         }
     }
 
@@ -176,21 +174,21 @@ impl WholeTile {
     }
 }
 
-fn triangle(tile: &Tile, number: u32) -> TriangleRow {
+fn triangle(tile: &Tile, triangle: TriangleId) -> TriangleRow {
     TriangleRow {
-        number,
-        corners: tile.vertices(number).map(|v| (v.id.tile.0, v.id.index)),
-        neighbours: HalfEdge::of_triangle(number).map(|side| match tile.twin(side) {
-            Twin::HalfEdge(twin) => Neighbour::Triangle(twin.triangle()),
+        number: triangle.0,
+        corners: tile.vertices(triangle).map(|v| (v.id.tile.0, v.id.index)),
+        neighbours: HalfEdge::of_triangle(triangle).map(|side| match tile.twin(side) {
+            Twin::HalfEdge(twin) => Neighbour::Triangle(twin.triangle().0),
             Twin::Elsewhere => Neighbour::None("elsewhere"),
             Twin::Hull => Neighbour::None("hull"),
         }),
-        part: if number < tile.core_triangle_count() {
+        part: if triangle.0 < tile.core_triangle_count() {
             "core"
         } else {
             "border"
         },
-        owned: tile.owns(number),
+        owned: tile.owns(triangle),
     }
 }
 

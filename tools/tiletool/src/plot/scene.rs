@@ -103,7 +103,7 @@ impl Scene {
                     edges.push([a.min(b), a.max(b)]);
                 }
                 triangles.push(corners);
-                if triangle >= tile.core_triangle_count() {
+                if triangle.0 >= tile.core_triangle_count() {
                     border.push(corners);
                 }
                 if tile.is_hole(triangle) {
