@@ -11,14 +11,14 @@ mod twin;
 
 use foldhash::{HashMap, HashMapExt};
 
-use crate::geometry::{HalfEdge, PackedHalfEdge, Point, TriangleId};
+use crate::geometry::{HalfEdge, PackedHalfEdge, Point, TriangleId, VertexIndex};
 use crate::mesh::{Topology, WALLS};
 use crate::store::{EdgeSource, Tile, TileId, Vertex, VertexId, Weight};
 use hubs::Hubs;
 use twin::PackedTwin;
 
 /// In place of the corners of a triangle that is no more.
-const GONE: [u32; 3] = [u32::MAX; 3];
+const GONE: [VertexIndex; 3] = [VertexIndex(u32::MAX); 3];
 /// In the bits of a triangle: it is being replaced.
 const REMOVED: u8 = 1 << 7;
 
@@ -32,9 +32,9 @@ pub(crate) struct EditTile {
     sites: Vec<(u32, u64)>,
     site_ids: Vec<String>,
     foreign: Vec<Vertex>,
-    foreign_places: HashMap<VertexId, u32>,
+    foreign_places: HashMap<VertexId, VertexIndex>,
     /// Their corners, or [`GONE`].
-    triangles: Vec<[u32; 3]>,
+    triangles: Vec<[VertexIndex; 3]>,
     twins: Vec<[PackedTwin; 3]>,
     bits: Vec<u8>,
     /// Places of triangles that are no more.
@@ -43,7 +43,7 @@ pub(crate) struct EditTile {
     leaving: Vec<PackedHalfEdge>,
     hubs: Hubs,
     /// Those of each constraint edge that belongs to the tile, by its corners, the smaller first, as seen from that.
-    sources: HashMap<[u32; 2], Vec<EdgeSource>>,
+    sources: HashMap<[VertexIndex; 2], Vec<EdgeSource>>,
     /// How many these are.
     source_count: usize,
 }
@@ -62,10 +62,10 @@ impl EditTile {
     /// Takes over what a tile has.
     pub(crate) fn of(tile: &Tile) -> Self {
         let vertices = tile.vertex_count();
-        let triangles: Vec<[u32; 3]> = tile.triangle_ids().map(|t| tile.corners(t)).collect();
-        let corners = triangles.as_flattened().iter().map(|&corner| corner + 1).max();
+        let triangles: Vec<[VertexIndex; 3]> = tile.triangle_ids().map(|t| tile.corners(t)).collect();
+        let corners = triangles.as_flattened().iter().map(|&corner| corner.0 + 1).max();
         let foreign: Vec<Vertex> = (vertices..corners.unwrap_or(0))
-            .map(|corner| tile.vertex(corner))
+            .map(|corner| tile.vertex(VertexIndex(corner)))
             .collect();
         let bits = |side: HalfEdge| {
             let s = side.corner();
@@ -74,13 +74,13 @@ impl EditTile {
         let mut this = Self {
             id: tile.id(),
             points: tile.points().collect(),
-            z: (0..vertices).filter_map(|v| tile.z(v)).collect(),
-            records: (0..vertices).map(|v| tile.record(v)).collect(),
-            sites: tile.sites().map(|site| (site.vertex, site.number)).collect(),
+            z: tile.vertex_indices().filter_map(|v| tile.z(v)).collect(),
+            records: tile.vertex_indices().map(|v| tile.record(v)).collect(),
+            sites: tile.sites().map(|site| (site.vertex.0, site.number)).collect(),
             site_ids: Vec::new(),
             foreign_places: foreign
                 .iter()
-                .zip(vertices..)
+                .zip((vertices..).map(VertexIndex))
                 .map(|(vertex, place)| (vertex.id, place))
                 .collect(),
             foreign,
@@ -95,7 +95,7 @@ impl EditTile {
             hubs: Hubs::of(vertices as usize, &triangles),
             triangles,
             free: Vec::new(),
-            leaving: (0..vertices).map(|v| tile.leaving(v).into()).collect(),
+            leaving: tile.vertex_indices().map(|v| tile.leaving(v).into()).collect(),
             sources: HashMap::new(),
             source_count: 0,
         };
@@ -124,8 +124,8 @@ impl EditTile {
             + bytes_of(&self.bits)
             + bytes_of(&self.free)
             + bytes_of(&self.foreign)
-            + (size_of::<(VertexId, u32)>() + OF_ENTRY) * self.foreign_places.capacity()
-            + (size_of::<([u32; 2], Vec<EdgeSource>)>() + OF_ENTRY) * self.sources.capacity()
+            + (size_of::<(VertexId, VertexIndex)>() + OF_ENTRY) * self.foreign_places.capacity()
+            + (size_of::<([VertexIndex; 2], Vec<EdgeSource>)>() + OF_ENTRY) * self.sources.capacity()
             + OF_SOURCES * self.sources.len()
             + 8 * self.source_count
             + 32 * self.sites.len()
@@ -137,8 +137,8 @@ impl EditTile {
     }
 
     /// A corner, the tile's own or another's.
-    pub(crate) fn vertex(&self, corner: u32) -> Vertex {
-        match self.points.get(corner as usize) {
+    pub(crate) fn vertex(&self, corner: VertexIndex) -> Vertex {
+        match self.points.get(corner.index()) {
             Some(&point) => Vertex {
                 id: VertexId {
                     tile: self.id,
@@ -146,7 +146,7 @@ impl EditTile {
                 },
                 point,
             },
-            None => self.foreign[corner as usize - self.points.len()],
+            None => self.foreign[corner.index() - self.points.len()],
         }
     }
 
@@ -181,7 +181,7 @@ impl EditTile {
     }
 
     /// The number of triangles at a vertex of the tile.
-    pub(crate) fn degree(&self, vertex: u32) -> u32 {
+    pub(crate) fn degree(&self, vertex: VertexIndex) -> u32 {
         self.hubs.degree(vertex)
     }
 
@@ -209,9 +209,9 @@ impl EditTile {
         }
         self.leaving.resize(self.points.len(), PackedHalfEdge::NONE);
         // The corners of others come behind the tile's own.
-        let behind = |corner: &mut u32| {
-            if *corner >= own {
-                *corner += more;
+        let behind = |corner: &mut VertexIndex| {
+            if corner.0 >= own {
+                corner.0 += more;
             }
         };
         let triangles = self.triangles.iter_mut().filter(|corners| **corners != GONE);
@@ -236,7 +236,8 @@ impl EditTile {
             .triangle_ids()
             .zip(&self.triangles)
             .filter(|(_, corners)| **corners != GONE);
-        let (core, border): (Vec<_>, Vec<_>) = all.partition(|(_, corners)| corners.iter().all(|&corner| corner < own));
+        let (core, border): (Vec<_>, Vec<_>) =
+            all.partition(|(_, corners)| corners.iter().all(|&corner| corner.0 < own));
         let core_count = core.len();
         let places = core.into_iter().chain(border).map(|(place, _)| place);
         (places.collect(), core_count)

@@ -12,7 +12,7 @@ use crate::edit::exchange::exchange;
 use crate::edit::patch::{Beside, New, Old, Patch};
 use crate::edit::tile::NewVertex;
 use crate::edit::tiles::{Pin, Tiles};
-use crate::geometry::{HalfEdge, MortonSquare, Orientation, Point, Rect, TriangleId, in_circle, orient2d};
+use crate::geometry::{HalfEdge, MortonSquare, Orientation, Point, Rect, TriangleId, VertexIndex, in_circle, orient2d};
 use crate::mesh::{Embedded, EndlessWalk, Topology, WALLS};
 use crate::store::{MAX_TILE_VERTICES, TileId, Vertex, VertexId};
 
@@ -23,10 +23,14 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
     let square = MortonSquare::around(Rect::around(new.iter().map(|vertex| vertex.point)));
     new.sort_by_key(|vertex| square.key(vertex.point));
     let tile = tiles.get(id)?;
-    let near = tile.points().iter().zip(0u32..).min_by(|(a, _), (b, _)| {
-        let to = |p: &Point| (p.x - new[0].point.x).abs() + (p.y - new[0].point.y).abs();
-        to(a).total_cmp(&to(b))
-    });
+    let near = tile
+        .points()
+        .iter()
+        .zip((0..).map(VertexIndex))
+        .min_by(|(a, _), (b, _)| {
+            let to = |p: &Point| (p.x - new[0].point.x).abs() + (p.y - new[0].point.y).abs();
+            to(a).total_cmp(&to(b))
+        });
     let near = near.map(|(_, index)| index);
     let (vertices, most) = (tile.points().len() + new.len(), MAX_TILE_VERTICES);
     drop(tile);
@@ -39,7 +43,7 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
         return Err(tiles.damaged(id, Contradiction::NoVertices));
     };
     let mut adding = Adding::default();
-    for (&NewVertex { point, line, .. }, index) in new.iter().zip(first..) {
+    for (&NewVertex { point, line, .. }, index) in new.iter().zip((first..).map(VertexIndex)) {
         let vertex = Vertex {
             id: VertexId { tile: id, index },
             point,

@@ -73,7 +73,7 @@ async fn free_triangles(reader: &TileReader) -> HashSet<[u64; 3]> {
         for triangle in tile.owned_triangles().filter(|&t| !is_hole(&tile, t)) {
             free.insert(
                 tile.vertices(triangle)
-                    .map(|v| first(v.id.tile.0) + u64::from(v.id.index)),
+                    .map(|v| first(v.id.tile.0) + u64::from(v.id.index.0)),
             );
         }
     }

@@ -19,7 +19,7 @@ pub use circumdisc::disc_strictly_inside;
 pub(crate) use crossing::{ExactCrossing, cross_outside, segment_meets};
 pub use crossing::{crossing_point, segments_cross};
 pub use half_edge::{HalfEdge, PackedHalfEdge};
-pub use ids::TriangleId;
+pub use ids::{TriangleId, VertexIndex};
 pub(crate) use morton::MortonSquare;
 pub use point::{Point, Rect};
 pub(crate) use predicates::compare_lines;

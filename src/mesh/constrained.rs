@@ -51,10 +51,10 @@ impl Constrained {
             }
         } else {
             for half_edge in mesh.half_edges() {
-                this.leaving[mesh.origin(half_edge) as usize] = half_edge.into();
+                this.leaving[mesh.origin(half_edge).index()] = half_edge.into();
             }
             let edges = mesh.half_edges().filter(|&side| mesh.twin(side) == Twin::Hull);
-            let edges = edges.map(|side| (mesh.origin(side), mesh.destination(side), side));
+            let edges = edges.map(|side| (mesh.origin(side).0, mesh.destination(side).0, side));
             this.boundary = Boundary::new(edges.collect(), points);
         }
         this.mesh = mesh;
@@ -79,7 +79,7 @@ impl Constrained {
         let mesh = &self.mesh;
         let sides = mesh.half_edges().filter(|&side| self.is_constraint(side));
         let once = sides.filter(|&side| mesh.twin(side).half_edge().is_none_or(|twin| side < twin));
-        let edges = once.map(|side| [mesh.origin(side), mesh.destination(side)]);
+        let edges = once.map(|side| [mesh.origin(side).0, mesh.destination(side).0]);
         let pairs = mesh.hull.windows(2).zip(&self.line);
         edges.chain(pairs.filter(|(_, fixed)| **fixed).map(|(pair, _)| [pair[0], pair[1]]))
     }
@@ -105,6 +105,6 @@ impl Constrained {
     /// A boundary edge belongs to this half-edge now.
     pub(super) fn move_boundary(&mut self, side: HalfEdge) {
         let [from, to] = [self.mesh.origin(side), self.mesh.destination(side)];
-        self.boundary.set(from, to, side);
+        self.boundary.set(from.0, to.0, side);
     }
 }

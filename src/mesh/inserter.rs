@@ -171,11 +171,11 @@ impl Inserter {
         let from = topology.origin(side);
         self.crossed.clear();
         self.crossed.push(side.triangle());
-        self.right.begin(from, topology.destination(side), side);
-        self.left.begin(from, topology.apex(side), side.prev());
+        self.right.begin(from.0, topology.destination(side).0, side);
+        self.left.begin(from.0, topology.apex(side).0, side.prev());
         match pass(mesh, side.next())? {
             None => Ok(Step::Out),
-            Some(entered) => self.walk(points, mesh, entered, [points[from as usize], to]),
+            Some(entered) => self.walk(points, mesh, entered, [points[from.index()], to]),
         }
     }
 
@@ -189,7 +189,7 @@ impl Inserter {
         [a, b]: [Point; 2],
     ) -> Result<Step, [u32; 2]> {
         loop {
-            let apex = mesh.mesh.apex(entered);
+            let apex = mesh.mesh.apex(entered).0;
             self.crossed.push(entered.triangle());
             let (left, right) = (entered.prev(), entered.next());
             let gate = match orient2d(a, b, points[apex as usize]) {
@@ -240,7 +240,7 @@ impl Inserter {
 /// The half-edge behind a gate, if there is one and it is no constraint.
 fn pass(mesh: &Constrained, gate: HalfEdge) -> Result<Option<HalfEdge>, [u32; 2]> {
     if mesh.is_constraint(gate) {
-        return Err([mesh.mesh.origin(gate), mesh.mesh.destination(gate)]);
+        return Err([mesh.mesh.origin(gate), mesh.mesh.destination(gate)].map(|end| end.0));
     }
     Ok(mesh.mesh.twin(gate).half_edge())
 }

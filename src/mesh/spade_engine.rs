@@ -13,7 +13,7 @@ use super::divide_conquer::DivideConquer;
 use super::engine::Engine;
 use super::topology::Topology;
 use super::triangulation::Triangulation;
-use crate::geometry::{HalfEdge, Orientation, PackedHalfEdge, Point, TriangleId, in_circle, orient2d};
+use crate::geometry::{HalfEdge, Orientation, PackedHalfEdge, Point, TriangleId, VertexIndex, in_circle, orient2d};
 
 /// The engine on top of crate `spade`.
 #[derive(Default)]
@@ -115,7 +115,7 @@ impl SpadeEngine {
     ///
     /// The perturbed test is a generic lifting, so the flips end, in the one triangulation that is regular under it.
     fn canonicalise(&mut self, points: &[Point], mesh: &mut Triangulation) {
-        let point = |v: u32| points[v as usize];
+        let point = |v: VertexIndex| points[v.index()];
         self.stack.clear();
         self.stack.extend(mesh.half_edges());
         while let Some(side) = self.stack.pop() {
@@ -151,8 +151,8 @@ fn corner_of(corners: [u32; 3], vertex: u32) -> u32 {
 ///        d                  d
 /// ```
 fn flip(mesh: &mut Triangulation, side: HalfEdge, twin: HalfEdge) {
-    let [a, b, c] = [side, side.next(), side.prev()].map(|s| mesh.origin(s));
-    let d = mesh.apex(twin);
+    let [a, b, c] = [side, side.next(), side.prev()].map(|s| mesh.origin(s).0);
+    let d = mesh.apex(twin).0;
     let [bc, ca, ad, db] = [side.next(), side.prev(), twin.next(), twin.prev()].map(|s| mesh.packed_twin(s));
     let [t, u] = [side, twin].map(HalfEdge::triangle);
     mesh.triangles[t.index()] = [c, d, b];

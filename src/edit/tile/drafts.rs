@@ -140,7 +140,7 @@ impl EditTile {
 
     fn numbered_corners(&self, places: &[TriangleId], numbering: &Numbering) -> Vec<[u32; 3]> {
         let corners = places.iter().map(|&place| self.triangles[place.index()]);
-        let numbered = corners.map(|corners| corners.map(|corner| numbering.corners[corner as usize]));
+        let numbered = corners.map(|corners| corners.map(|corner| numbering.corners[corner.index()]));
         numbered.collect()
     }
 
@@ -170,7 +170,7 @@ impl EditTile {
         let own = self.points.len();
         let mut is_used = vec![false; self.foreign.len()];
         for &corner in of_border.iter().flat_map(|&place| &self.triangles[place.index()]) {
-            if let Some(place) = (corner as usize).checked_sub(own) {
+            if let Some(place) = corner.index().checked_sub(own) {
                 is_used[place] = true;
             }
         }

@@ -5,7 +5,7 @@ use std::iter;
 use crate::edit::contradiction::Contradiction;
 use crate::edit::patch::{Beside, New, Patch, Seat, Seats, Share};
 use crate::edit::tile::{EditTile, GONE, REMOVED, make_room};
-use crate::geometry::{HalfEdge, TriangleId};
+use crate::geometry::{HalfEdge, TriangleId, VertexIndex};
 use crate::mesh::{Topology, Twin};
 use crate::store::{Vertex, VertexId};
 
@@ -88,7 +88,7 @@ impl EditTile {
             at.new[number.index()] = Some(place);
             self.hubs.add(corners, place);
             for (side, corner) in iter::zip(HalfEdge::of_triangle(place), corners) {
-                if let Some(leaving) = self.leaving.get_mut(corner as usize) {
+                if let Some(leaving) = self.leaving.get_mut(corner.index()) {
                     *leaving = side.into();
                 }
             }
@@ -108,7 +108,7 @@ impl EditTile {
                         unlinked.push(self.triangle(side).0.map(|vertex| vertex.id));
                         Twin::Elsewhere
                     }),
-                    Beside::Hull if self.origin(side).min(self.destination(side)) < own => Twin::Hull,
+                    Beside::Hull if self.origin(side).min(self.destination(side)).0 < own => Twin::Hull,
                     Beside::Hull => Twin::Elsewhere,
                 };
                 self.set_twin(side, twin);
@@ -145,7 +145,7 @@ impl EditTile {
         let own = self.points.len();
         corners.iter().zip([side, side.next(), side.prev()]).all(|(&id, at)| {
             let corner = triangle[at.corner() as usize];
-            match (corner as usize).checked_sub(own) {
+            match corner.index().checked_sub(own) {
                 None => id.index == corner && id.tile == self.id,
                 Some(place) => self.foreign[place].id == id,
             }
@@ -168,11 +168,11 @@ impl EditTile {
     }
 
     /// The corner that a vertex is here, and is to be if it is none yet.
-    fn corner_for(&mut self, vertex: Vertex) -> u32 {
+    fn corner_for(&mut self, vertex: Vertex) -> VertexIndex {
         if let Some(corner) = self.corner(vertex.id) {
             return corner;
         }
-        let corner = (self.points.len() + self.foreign.len()) as u32;
+        let corner = VertexIndex((self.points.len() + self.foreign.len()) as u32);
         make_room(&mut self.foreign, 1);
         self.foreign.push(vertex);
         self.foreign_places.insert(vertex.id, corner);

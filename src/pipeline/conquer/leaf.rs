@@ -3,9 +3,9 @@
 use crate::collections::bucket_sort::bucket_sort;
 use crate::constraints::seeds::Seeds;
 use crate::constraints::segment::Segment;
-use crate::geometry::{HalfEdge, MortonSquare, PackedHalfEdge, Point, Rect, TriangleId};
+use crate::geometry::{HalfEdge, MortonSquare, PackedHalfEdge, Point, Rect, TriangleId, VertexIndex};
 use crate::input::SiteId;
-use crate::mesh::vertex_index::VertexIndex;
+use crate::mesh::point_table::PointTable;
 use crate::mesh::{NONE, Topology};
 use crate::pipeline::conquer::components::Components;
 use crate::pipeline::conquer::constrain::constrain_leaf;
@@ -139,7 +139,10 @@ pub(crate) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &L
         constrain_leaf(workspace, points, input.segments, input.its, tile, cell == Rect::PLANE)?
     };
     let seam_vertex = |index: u32| SeamVertex {
-        id: VertexId { tile, index },
+        id: VertexId {
+            tile,
+            index: VertexIndex(index),
+        },
         point: points[index as usize],
     };
     let seam = Seam {
@@ -154,7 +157,10 @@ pub(crate) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &L
     let elsewhere = take_edges(&mut core, &workspace.edges);
     let edges = elsewhere.into_iter().map(|piece| DoneEdge {
         ends: piece.ends.map(|index| SeamVertex {
-            id: VertexId { tile, index },
+            id: VertexId {
+                tile,
+                index: VertexIndex(index),
+            },
             point: core.points[index as usize],
         }),
         source: piece.source,
@@ -208,7 +214,7 @@ fn put_sites(core: &mut CoreDraft, items: &[Item], attributes: &Attributes, rule
     if sites.is_empty() {
         return;
     }
-    let index = VertexIndex::new(&core.points);
+    let index = PointTable::new(&core.points);
     let placed = sites.into_iter().filter_map(|(place, site)| {
         let (number, text) = match &rules.site_ids[site as usize] {
             SiteId::Number(number) => (*number, ""),

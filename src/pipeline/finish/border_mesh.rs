@@ -151,7 +151,7 @@ impl BorderMesh {
     /// The corner that a vertex is in the tile: its own, or one of a late triangle of it.
     pub(crate) fn corner(&self, id: VertexId) -> u32 {
         if id.tile == self.tile {
-            return id.index;
+            return id.index.0;
         }
         self.vertices + self.foreign.partition_point(|f| f.id < id) as u32
     }

@@ -239,7 +239,7 @@ impl Nearby {
         let mut vertex = vertex;
         for _ in 0..=tiles.hull_edges() {
             let tile = self.tile(tiles, vertex.tile).await?;
-            if vertex.index >= tile.vertex_count() {
+            if !tile.has_vertex(vertex.index) {
                 return Err(tiles.damaged(vertex.tile, Contradiction::NoVertex(vertex.index)));
             }
             let ground = Ground::of(tiles, &tile);

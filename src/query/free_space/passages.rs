@@ -18,7 +18,7 @@
 use std::sync::atomic::Ordering;
 
 use super::ground::{Beyond, Ground};
-use crate::geometry::{HalfEdge, Orientation, TriangleId, orient2d};
+use crate::geometry::{HalfEdge, Orientation, TriangleId, VertexIndex, orient2d};
 use crate::store::{Noted, NotedSide, NotedSides};
 
 /// What lies beyond a side, if it is no side: from here on, and [`NotedSide::NONE`].
@@ -100,12 +100,12 @@ impl<'t> Passages<'t> {
 
     /// The corner that a side starts at.
     #[inline]
-    pub(crate) fn corner(self, side: HalfEdge) -> u32 {
+    pub(crate) fn corner(self, side: HalfEdge) -> VertexIndex {
         let noted = &self.noted.of_sides[side.index()];
-        match noted.get(Noted::Corner) {
-            NotedSide::NONE => noted.note(Noted::Corner, self.ground.tile.origin(side)),
+        VertexIndex(match noted.get(Noted::Corner) {
+            NotedSide::NONE => noted.note(Noted::Corner, self.ground.tile.origin(side).0),
             corner => corner,
-        }
+        })
     }
 
     /// Finds out what lies beyond a side.
@@ -126,7 +126,7 @@ impl<'t> Passages<'t> {
         let [from, to] = [side, side.next()].map(|side| self.corner(side));
         let corners = HalfEdge::of_triangle(other.triangle()).map(|side| self.corner(side));
         let [to_there, from_there] = [other, other.next()].map(|side| corners[side.corner() as usize]);
-        let is_same = |a: u32, b: u32| a == b || self.ground.point(a) == self.ground.point(b);
+        let is_same = |a: VertexIndex, b: VertexIndex| a == b || self.ground.point(a) == self.ground.point(b);
         let [a, b, c] = corners.map(|corner| self.ground.point(corner));
         is_same(from, from_there) && is_same(to, to_there) && orient2d(a, b, c) == Orientation::CounterClockwise
     }
@@ -196,7 +196,7 @@ impl<'t> Passages<'t> {
                 let mut corners = HalfEdge::of_triangle(triangle)
                     .into_iter()
                     .map(|side| self.corner(side));
-                let stays = !self.ground.is_free(triangle) || corners.any(|corner| is_site[corner as usize]);
+                let stays = !self.ground.is_free(triangle) || corners.any(|corner| is_site[corner.index()]);
                 if stays { u8::MAX } else { ways(triangle) }
             })
             .collect();
@@ -235,7 +235,7 @@ impl Ground<'_> {
     fn site_marks(self) -> Vec<bool> {
         let mut marks = vec![false; self.tile.vertex_count() as usize];
         for site in self.tile.sites() {
-            marks[site.vertex as usize] = true;
+            marks[site.vertex.index()] = true;
         }
         marks
     }

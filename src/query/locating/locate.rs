@@ -86,7 +86,7 @@ impl TileReader {
     /// The z of a vertex that a tile names.
     async fn z_of(&self, vertex: VertexId) -> Result<Option<f64>, ReadError> {
         let tile = self.tile(vertex.tile).await?;
-        if vertex.index >= tile.vertex_count() {
+        if !tile.has_vertex(vertex.index) {
             let contradiction = Contradiction::NoVertex(vertex.index);
             return Err(self.damaged(vertex.tile, contradiction.to_string()));
         }

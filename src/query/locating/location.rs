@@ -23,7 +23,7 @@ impl TriangleRef {
     /// A triangle of a tile.
     pub(crate) fn of(tile: &Tile, triangle: TriangleId) -> Self {
         let corners = tile.corners(triangle);
-        let is_own = |corner| corner < tile.vertex_count();
+        let is_own = |corner| tile.has_vertex(corner);
         Self {
             tile: tile.id(),
             triangle,

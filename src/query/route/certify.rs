@@ -195,7 +195,7 @@ impl Leg<'_> {
     /// All wedges of the sector of a wedge.
     fn sector(&self, tile: &Tile, corner: Corner) -> Result<Vec<Wedge>, Contradiction> {
         let (ground, vertex) = (self.ground(tile), corner.vertex.index);
-        if vertex >= tile.vertex_count() {
+        if !tile.has_vertex(vertex) {
             return Err(Contradiction::NoVertex(vertex));
         }
         let start = match corner.left {

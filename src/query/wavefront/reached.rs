@@ -13,7 +13,7 @@
 
 use super::cone::Crossing;
 use super::roots::TIE;
-use crate::geometry::TriangleId;
+use crate::geometry::{TriangleId, VertexIndex};
 use crate::query::answer::distance;
 use crate::query::free_space::Ground;
 
@@ -58,26 +58,26 @@ impl Reached {
 
     /// How far a corner is at most.
     #[inline]
-    fn known(&self, corner: u32) -> f64 {
-        let page = self.pages[corner as usize / PAGE];
-        self.lengths[page as usize * PAGE + corner as usize % PAGE]
+    fn known(&self, corner: VertexIndex) -> f64 {
+        let page = self.pages[corner.index() / PAGE];
+        self.lengths[page as usize * PAGE + corner.index() % PAGE]
     }
 
     /// Whether a vertex is known to be nearer than this.
     #[inline]
-    pub(crate) fn is_nearer(&self, vertex: u32, length: f64) -> bool {
+    pub(crate) fn is_nearer(&self, vertex: VertexIndex, length: f64) -> bool {
         length > self.known(vertex) * TIE
     }
 
     /// A vertex of the tile with one free sector is no farther away than this: whether it was not known to be nearer.
     #[inline]
-    pub(crate) fn reach(&mut self, vertex: u32, length: f64) -> bool {
-        let page = &mut self.pages[vertex as usize / PAGE];
+    pub(crate) fn reach(&mut self, vertex: VertexIndex, length: f64) -> bool {
+        let page = &mut self.pages[vertex.index() / PAGE];
         if *page == 0 {
             *page = (self.lengths.len() / PAGE) as u32;
             self.lengths.resize(self.lengths.len() + PAGE, f64::INFINITY);
         }
-        let known = &mut self.lengths[*page as usize * PAGE + vertex as usize % PAGE];
+        let known = &mut self.lengths[*page as usize * PAGE + vertex.index() % PAGE];
         if length > *known * TIE {
             return false;
         }
@@ -88,7 +88,7 @@ impl Reached {
     /// Whether a way of such a length to the root and through the crossing is longer, wherever it crosses the side, than one by an end of the side;
     /// ends as seen on the right and on the left.
     #[inline]
-    pub(crate) fn beats(&self, length: f64, crossing: &Crossing, corners: [u32; 2]) -> bool {
+    pub(crate) fn beats(&self, length: f64, crossing: &Crossing, corners: [VertexIndex; 2]) -> bool {
         let [right, left] = corners.map(|corner| self.known(corner));
         let is_longer = |known: f64, far: usize, end: usize| {
             let by_end = known + distance(crossing.rays[far], crossing.ends[end]);

@@ -10,7 +10,7 @@ use super::roots::{Root, SeenVertices};
 use super::task::{Task, Via};
 use super::waiting::Waiting;
 use super::wave::{PAUSE, Wave};
-use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, VertexIndex, orient2d};
 use crate::query::free_space::{Ground, Place, Spot, Wedge};
 use crate::query::locating::TriangleRef;
 use crate::query::request::{Contradiction, side_towards};
@@ -110,7 +110,12 @@ impl Wave {
     }
 
     /// The source lies on an edge from one vertex to another one, of the tile.
-    pub(super) fn start_on_edge(&mut self, ground: Ground<'_>, to: u32, from: VertexId) -> Result<(), Contradiction> {
+    pub(super) fn start_on_edge(
+        &mut self,
+        ground: Ground<'_>,
+        to: VertexIndex,
+        from: VertexId,
+    ) -> Result<(), Contradiction> {
         if let Some(side) = side_towards(ground.tile, to, from)? {
             return self.start_in(ground, side.triangle());
         }
@@ -129,7 +134,7 @@ impl Wave {
     }
 
     /// The source is a vertex.
-    pub(crate) fn start_at(&mut self, ground: Ground<'_>, vertex: u32) -> Result<(), Contradiction> {
+    pub(crate) fn start_at(&mut self, ground: Ground<'_>, vertex: VertexIndex) -> Result<(), Contradiction> {
         let mark = ground.mark(vertex).ok_or(Contradiction::NoVertex(vertex))?;
         self.seen.entry(ground.tile.vertex(vertex).id).or_default().limit = 0.0;
         if mark.is_single() {
@@ -170,11 +175,11 @@ impl Wave {
     pub(super) fn start_on_hull(
         &mut self,
         ground: Ground<'_>,
-        vertex: u32,
+        vertex: VertexIndex,
         forward: bool,
         before: Option<[Point; 2]>,
     ) -> Result<(), Contradiction> {
-        if vertex >= ground.tile.vertex_count() {
+        if !ground.tile.has_vertex(vertex) {
             return Err(Contradiction::NoVertex(vertex));
         }
         self.pause = self.pause.saturating_sub(1);

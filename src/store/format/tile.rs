@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use crate::geometry::{HalfEdge, Point, TriangleId};
+use crate::geometry::{HalfEdge, Point, TriangleId, VertexIndex};
 use crate::io::memory_of;
 use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::packed::Packed;
@@ -86,6 +86,18 @@ impl Tile {
         self.records.len() as u32
     }
 
+    /// The vertices that the tile owns.
+    pub fn vertex_indices(&self) -> impl DoubleEndedIterator<Item = VertexIndex> + ExactSizeIterator + Clone + use<> {
+        (0..self.vertex_count()).map(VertexIndex)
+    }
+
+    /// Whether a corner is a vertex that the tile owns.
+    #[inline]
+    #[must_use]
+    pub fn has_vertex(&self, corner: VertexIndex) -> bool {
+        corner.0 < self.vertex_count()
+    }
+
     /// Triangles of the core.
     #[must_use]
     pub fn core_triangle_count(&self) -> u32 {
@@ -148,8 +160,8 @@ impl Tile {
     /// Where a corner is: a vertex of the tile, or of another one.
     #[inline]
     #[must_use]
-    pub fn point(&self, corner: u32) -> Point {
-        let (corner, vertices) = (corner as usize, self.records.len());
+    pub fn point(&self, corner: VertexIndex) -> Point {
+        let (corner, vertices) = (corner.index(), self.records.len());
         let (bytes, at) = if corner < vertices {
             (&self.coordinates, 16 * corner)
         } else {
@@ -160,34 +172,34 @@ impl Tile {
 
     /// All vertices of the tile.
     pub fn points(&self) -> impl ExactSizeIterator<Item = Point> {
-        (0..self.vertex_count()).map(|vertex| self.point(vertex))
+        self.vertex_indices().map(|vertex| self.point(vertex))
     }
 
     /// The z of a vertex of the tile, if the file has any.
     #[must_use]
-    pub fn z(&self, vertex: u32) -> Option<f64> {
-        self.z.as_ref().map(|z| f64_at(z, 8 * vertex as usize))
+    pub fn z(&self, vertex: VertexIndex) -> Option<f64> {
+        self.z.as_ref().map(|z| f64_at(z, 8 * vertex.index()))
     }
 
     /// The number of the input record that a vertex of the tile came from.
     #[must_use]
-    pub fn record(&self, vertex: u32) -> u64 {
-        self.first_record + self.records.get(vertex as usize)
+    pub fn record(&self, vertex: VertexIndex) -> u64 {
+        self.first_record + self.records.get(vertex.index())
     }
 
     /// The vertex behind a corner.
     #[must_use]
-    pub fn vertex(&self, corner: u32) -> Vertex {
-        let id = if corner < self.vertex_count() {
+    pub fn vertex(&self, corner: VertexIndex) -> Vertex {
+        let id = if self.has_vertex(corner) {
             VertexId {
                 tile: self.id,
                 index: corner,
             }
         } else {
-            let at = FOREIGN * (corner - self.vertex_count()) as usize;
+            let at = FOREIGN * (corner.0 - self.vertex_count()) as usize;
             VertexId {
                 tile: TileId(u32_at(&self.foreign, at + 16)),
-                index: u32_at(&self.foreign, at + 20),
+                index: VertexIndex(u32_at(&self.foreign, at + 20)),
             }
         };
         Vertex {
@@ -199,7 +211,7 @@ impl Tile {
     /// The corners of a triangle, counter-clockwise.
     #[inline]
     #[must_use]
-    pub fn corners(&self, triangle: TriangleId) -> [u32; 3] {
+    pub fn corners(&self, triangle: TriangleId) -> [VertexIndex; 3] {
         HalfEdge::of_triangle(triangle).map(|half_edge| self.origin(half_edge))
     }
 
@@ -225,7 +237,7 @@ impl Tile {
         self.corners(triangle)
             .into_iter()
             .min_by(|&a, &b| self.point(a).lex_cmp(self.point(b)))
-            .is_some_and(|smallest| smallest < self.vertex_count())
+            .is_some_and(|smallest| self.has_vertex(smallest))
     }
 
     /// The triangles that belong to this tile.
@@ -281,7 +293,7 @@ impl Tile {
     }
 
     /// The sites at a vertex of the tile, by number.
-    pub fn sites_at(&self, vertex: u32) -> impl Iterator<Item = Site<'_>> {
+    pub fn sites_at(&self, vertex: VertexIndex) -> impl Iterator<Item = Site<'_>> {
         let sites = self.sites.iter();
         sites.flat_map(move |sites| sites.at(vertex))
     }
@@ -300,8 +312,8 @@ impl Tile {
 
     /// Whether a site lies at a vertex of the tile.
     #[must_use]
-    pub fn is_site(&self, vertex: u32) -> bool {
-        assert!(vertex < self.vertex_count(), "tile {} has no vertex {vertex}", self.id);
+    pub fn is_site(&self, vertex: VertexIndex) -> bool {
+        assert!(self.has_vertex(vertex), "tile {} has no vertex {vertex}", self.id);
         self.sites.as_ref().is_some_and(|sites| sites.is_site(vertex))
     }
 }

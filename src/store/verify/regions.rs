@@ -203,11 +203,7 @@ fn check_number(tile: &Tile, triangle: TriangleId, region: u64, claims: &Claims)
             format!("it is of region {region}, and there are {regions}"),
         ));
     }
-    let is_crossing = || {
-        tile.corners(triangle)
-            .iter()
-            .any(|&corner| corner >= tile.vertex_count())
-    };
+    let is_crossing = || tile.corners(triangle).iter().any(|&corner| !tile.has_vertex(corner));
     if region >= claims.spanning && is_crossing() {
         let reason = format!("it stands in several tiles, and its region {region} lies in one by its number");
         return Err(Fault::at(triangle, reason));

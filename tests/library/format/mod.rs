@@ -232,7 +232,7 @@ async fn compare(file: &File, bytes: Vec<u8>) {
             assert_eq!(found, expected.regions[triangle.index()]);
         }
         let id = |site: &Site<'_>| site.id.map_or_else(|| site.number.to_string(), str::to_owned);
-        let sites: Vec<_> = tile.sites().map(|s| (s.vertex as usize, s.number, id(&s))).collect();
+        let sites: Vec<_> = tile.sites().map(|s| (s.vertex.index(), s.number, id(&s))).collect();
         assert_eq!(sites, expected.sites);
         owned += tile.owned_constraints().count() as u64;
     }

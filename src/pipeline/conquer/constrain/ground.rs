@@ -273,7 +273,7 @@ impl<'a> Ground<'a> {
         if final_sides > 0 {
             self.mesh.fix(side, is_wall);
         }
-        let [from, to] = [side, side.next()].map(|side| self.mesh.mesh().origin(side));
+        let [from, to] = [side, side.next()].map(|side| self.mesh.mesh().origin(side).0);
         let on_hull = self.hull.get(&from) == Some(&to) || self.hull.get(&to) == Some(&from);
         match twin {
             // What was across may be in its tile already, with its mark; on the hull it is still to come.

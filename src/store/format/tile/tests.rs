@@ -1,6 +1,6 @@
 //! What a tile tells of constraints, regions and sites is what its drafts said; drafts that contradict themselves are refused.
 
-use crate::geometry::{HalfEdge, PackedHalfEdge, TriangleId};
+use crate::geometry::{HalfEdge, PackedHalfEdge, TriangleId, VertexIndex};
 use crate::io::Buffers;
 use crate::mesh::Twin;
 use crate::store::format::damage::Damage;
@@ -32,7 +32,7 @@ fn drafts() -> (CoreDraft, BorderDraft) {
     };
     let elsewhere = VertexId {
         tile: TileId(1),
-        index: 0,
+        index: VertexIndex(0),
     };
     let border = BorderDraft {
         vertices: 4,
@@ -109,9 +109,12 @@ fn a_tile_tells_what_its_drafts_said() {
     assert_eq!(triangles.map(|t| tile.region(t)), [70_000, 9, 3]);
     assert_eq!(triangles.map(|t| tile.depth(t)), [1, 0, -2]);
     assert_eq!(triangles.map(|t| tile.is_hole(t)), [true, false, false]);
-    let sites: Vec<_> = tile.sites().map(|site| (site.vertex, site.number, site.id)).collect();
+    let sites: Vec<_> = tile.sites().map(|site| (site.vertex.0, site.number, site.id)).collect();
     assert_eq!(sites, [(0, 4, None), (2, 0, Some("pump")), (2, 900, Some("é"))]);
-    assert_eq!([0, 1, 2, 3].map(|v| tile.is_site(v)), [true, false, true, false]);
+    assert_eq!(
+        [0, 1, 2, 3].map(|v| tile.is_site(VertexIndex(v))),
+        [true, false, true, false]
+    );
     assert_eq!(tile.site_count(), 3);
 }
 
@@ -151,7 +154,7 @@ fn what_is_absent_is_free_and_of_region_0() {
             .all(|side| !tile.is_wall(side) && tile.edge_sources(side).count() == 0)
     );
     assert!(tile.triangle_ids().all(|t| tile.component(t) == Component::default()));
-    assert!(tile.sites().next().is_none() && (0..4).all(|v| !tile.is_site(v)));
+    assert!(tile.sites().next().is_none() && tile.vertex_indices().all(|v| !tile.is_site(v)));
     // What says no more than that takes no room.
     let (mut core, mut border) = drafts();
     core.components = vec![0; 2];

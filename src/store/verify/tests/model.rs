@@ -107,7 +107,7 @@ impl ModelTile {
             walls: sides().filter(|&side| tile.is_wall(side)).map(unordered).collect(),
             sources: sources.collect(),
             labels: all().map(|(t, named)| (named, tile.component(t))).collect(),
-            sites: tile.sites().map(|site| (site.vertex, site.number)).collect(),
+            sites: tile.sites().map(|site| (site.vertex.0, site.number)).collect(),
         }
     }
 }
@@ -160,7 +160,7 @@ impl Model {
     }
 
     pub(super) fn point(&self, v: VertexId) -> Point {
-        self.tiles[v.tile.0 as usize].points[v.index as usize]
+        self.tiles[v.tile.0 as usize].points[v.index.index()]
     }
 
     /// All triangles, each once.
@@ -249,7 +249,7 @@ impl Model {
         foreign.dedup();
         let corner = |v: VertexId| match foreign.binary_search(&v) {
             Ok(place) => own + place as u32,
-            Err(_) => v.index,
+            Err(_) => v.index.0,
         };
         let at = |v: VertexId| tile.beliefs.get(&v).copied().unwrap_or_else(|| self.point(v));
         let triangles: Vec<[u32; 3]> = tile.core.iter().chain(&tile.border).map(|t| t.map(corner)).collect();
@@ -341,7 +341,7 @@ impl Model {
             triangles.iter().map(place).collect()
         };
         let [core_components, border_components] = [&tile.core, &tile.border].map(|t| components(t));
-        let in_core: HashSet<u32> = tile.core.iter().flatten().map(|v| v.index).collect();
+        let in_core: HashSet<u32> = tile.core.iter().flatten().map(|v| v.index.0).collect();
         let mut leaving: Vec<(u32, u32)> = triangles[tile.core.len()..]
             .as_flattened()
             .iter()

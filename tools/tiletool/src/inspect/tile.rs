@@ -64,8 +64,8 @@ impl WholeTile {
         let (id, number) = (tile.id().0, tile.id().0 as usize);
         let finite = |v: f64| v.is_finite().then_some(v);
         let cell = directory.tree.cells()[number];
-        let vertices = (0..tile.vertex_count()).map(|index| VertexRow {
-            index,
+        let vertices = tile.vertex_indices().map(|index| VertexRow {
+            index: index.0,
             x: tile.point(index).x,
             y: tile.point(index).y,
             z: tile.z(index),
@@ -177,7 +177,7 @@ impl WholeTile {
 fn triangle(tile: &Tile, triangle: TriangleId) -> TriangleRow {
     TriangleRow {
         number: triangle.0,
-        corners: tile.vertices(triangle).map(|v| (v.id.tile.0, v.id.index)),
+        corners: tile.vertices(triangle).map(|v| (v.id.tile.0, v.id.index.0)),
         neighbours: HalfEdge::of_triangle(triangle).map(|side| match tile.twin(side) {
             Twin::HalfEdge(twin) => Neighbour::Triangle(twin.triangle().0),
             Twin::Elsewhere => Neighbour::None("elsewhere"),
