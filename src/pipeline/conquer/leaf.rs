@@ -3,9 +3,9 @@
 use crate::collections::bucket_sort::bucket_sort;
 use crate::constraints::seeds::Seeds;
 use crate::constraints::segment::Segment;
-use crate::geometry::{HalfEdge, MortonSquare, PackedHalfEdge, Point, Rect};
+use crate::geometry::{HalfEdge, MortonSquare, PackedHalfEdge, Point, Rect, TriangleId, VertexIndex};
 use crate::input::SiteId;
-use crate::mesh::vertex_index::VertexIndex;
+use crate::mesh::point_table::PointTable;
 use crate::mesh::{NONE, Topology};
 use crate::pipeline::conquer::components::Components;
 use crate::pipeline::conquer::constrain::constrain_leaf;
@@ -199,7 +199,10 @@ fn triangulate(workspace: &mut Workspace, points: &[Point], input: LeafInput<'_>
 /// A vertex of a leaf for those who do not know its core.
 fn seam_vertex(tile: TileId, points: &[Point], index: u32) -> SeamVertex {
     SeamVertex {
-        id: VertexId { tile, index },
+        id: VertexId {
+            tile,
+            index: VertexIndex(index),
+        },
         point: points[index as usize],
     }
 }
@@ -212,7 +215,7 @@ fn components(core: &CoreDraft, open_sides: &mut [OpenSide], has_rings: bool) ->
         components.anchor(core, &core.edge_sources)?;
     }
     for side in open_sides {
-        side.component = components.of_triangles[side.side.triangle() as usize];
+        side.component = components.of_triangles[side.side.triangle().index()];
     }
     Ok(components)
 }
@@ -232,7 +235,7 @@ fn put_sites(core: &mut CoreDraft, items: &[Item], attributes: &Attributes, rule
     if sites.is_empty() {
         return;
     }
-    let index = VertexIndex::new(&core.points);
+    let index = PointTable::new(&core.points);
     let placed = sites.into_iter().filter_map(|(place, site)| {
         let (number, text) = match &rules.site_ids[site as usize] {
             SiteId::Number(number) => (*number, ""),
@@ -274,7 +277,7 @@ fn take_edges(core: &mut CoreDraft, pieces: &[Piece]) -> Vec<Piece> {
     let sides = core.neighbours.iter().zip(&core.constraints).zip(&core.triangles);
     for (((neighbours, bits), corners), triangle) in sides.zip(0u32..) {
         for (s, &twin) in neighbours.iter().enumerate().filter(|(s, _)| bits >> s & 1 == 1) {
-            let side = HalfEdge::new(triangle, s as u32);
+            let side = HalfEdge::new(TriangleId(triangle), s as u32);
             if twin.get().is_some_and(|twin| side < twin) {
                 let (from, to) = (corners[s], corners[(s + 1) % 3]);
                 within.push(([from.min(to), from.max(to)], side));
@@ -304,7 +307,7 @@ fn take_edges(core: &mut CoreDraft, pieces: &[Piece]) -> Vec<Piece> {
             _ => elsewhere.push(*piece),
         }
     }
-    let triangle = |&(side, _): &(u32, EdgeSource)| HalfEdge(side).triangle();
+    let triangle = |&(side, _): &(u32, EdgeSource)| HalfEdge(side).triangle().0;
     core.edge_sources = bucket_sort(&core.edge_sources, core.triangles.len(), triangle, |&both| both);
     elsewhere
 }
@@ -328,19 +331,19 @@ fn core_triangles(workspace: &Workspace, core: &mut CoreDraft) -> Vec<OpenSide> 
         }
         let corners = mesh.triangles[triangle as usize];
         let bits = workspace.side_bits.get(triangle as usize).copied().unwrap_or(0);
-        let sides = HalfEdge::of_triangle(triangle);
+        let sides = HalfEdge::of_triangle(TriangleId(triangle));
         let neighbours: [Option<HalfEdge>; 3] = sides.map(|side| {
             let twin = mesh.twin(side).half_edge()?;
-            match renumbered[twin.triangle() as usize] {
+            match renumbered[twin.triangle().index()] {
                 NONE => None,
-                other => Some(HalfEdge::new(other, twin.corner())),
+                other => Some(HalfEdge::new(TriangleId(other), twin.corner())),
             }
         });
         for (s, _) in neighbours.iter().enumerate().filter(|(_, twin)| twin.is_none()) {
             open_sides.push(OpenSide {
                 from: corners[s],
                 to: corners[(s + 1) % 3],
-                side: HalfEdge::new(core.triangles.len() as u32, s as u32),
+                side: HalfEdge::new(TriangleId(core.triangles.len() as u32), s as u32),
                 is_constraint: bits >> s & 1 == 1,
                 component: 0,
             });

@@ -93,7 +93,7 @@ impl TileReader {
     /// If the tile cannot be read, or has no such vertex.
     pub async fn z_of(&self, vertex: VertexId) -> Result<Option<f64>, ReadError> {
         let tile = self.tile(vertex.tile).await?;
-        if vertex.index >= tile.vertex_count() {
+        if !tile.has_vertex(vertex.index) {
             let contradiction = Contradiction::NoVertex(vertex.index);
             return Err(self.damaged(vertex.tile, contradiction.to_string()));
         }

@@ -1,5 +1,6 @@
 //! Where points lie.
 
+use crate::geometry::TriangleId;
 use crate::store::{Tile, TileId, Vertex};
 
 /// A triangle, by a tile that holds it.
@@ -10,14 +11,14 @@ pub struct TriangleRef {
     /// The tile.
     pub tile: TileId,
     /// Its number there.
-    pub triangle: u32,
+    pub triangle: TriangleId,
     /// Its corners, counter-clockwise.
     pub vertices: [Vertex; 3],
 }
 
 impl TriangleRef {
     /// A triangle of a tile.
-    pub(crate) fn of(tile: &Tile, triangle: u32) -> Self {
+    pub(crate) fn of(tile: &Tile, triangle: TriangleId) -> Self {
         Self {
             tile: tile.id(),
             triangle,

@@ -203,7 +203,7 @@ impl BorderDraft {
         let foreign: Vec<_> = self
             .foreign
             .iter()
-            .map(|&(id, p)| schema::ForeignVertex::new(p.x, p.y, id.tile.0, id.index))
+            .map(|&(id, p)| schema::ForeignVertex::new(p.x, p.y, id.tile.0, id.index.0))
             .collect();
         let foreign = builder.create_vector(&foreign);
         let constraints = side_bits(&mut builder, &self.constraints, 0);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use futures::stream::StreamExt;
 
-use crate::geometry::Rect;
+use crate::geometry::{Rect, TriangleId};
 use crate::memory::FileShares;
 use crate::store::error::ReadError;
 use crate::store::format::directory::Directory;
@@ -168,13 +168,14 @@ impl TileReader {
     /// Names the triangle that one tile owns and another lacks, or the other way round.
     async fn find_difference(&self, owner: TileId, other: TileId) -> Result<VerifyError, ReadError> {
         let (owning, sharing) = (self.tile(owner).await?, self.tile(other).await?);
-        let keys = |tile: &Tile| -> HashMap<u128, u32> {
-            let shared = (tile.core_triangle_count()..tile.triangle_count())
+        let keys = |tile: &Tile| -> HashMap<u128, TriangleId> {
+            let shared = tile
+                .border_triangle_ids()
                 .filter(|&t| tile::owner(tile, t) == owner && tile.vertices(t).iter().any(|v| v.id.tile == other));
             shared.map(|t| (tile::hash(tile, t), t)).collect()
         };
         let (of_owner, of_other) = (keys(&owning), keys(&sharing));
-        let lacking = |from: &HashMap<u128, u32>, to: &HashMap<u128, u32>| {
+        let lacking = |from: &HashMap<u128, TriangleId>, to: &HashMap<u128, TriangleId>| {
             from.iter()
                 .filter(|(key, _)| !to.contains_key(key))
                 .map(|(_, &t)| t)

@@ -32,7 +32,7 @@ pub(crate) mod refusal;
 
 use crate::collections::bucket_sort::bucket_sort;
 use crate::constraints::segment::Segment;
-use crate::geometry::{HalfEdge, PackedHalfEdge, Point};
+use crate::geometry::{HalfEdge, PackedHalfEdge, Point, VertexIndex};
 use crate::mesh::Triangulation;
 use crate::pipeline::conquer::constrain::ground::Outcome;
 use crate::pipeline::conquer::constrain::refusal::Refusal;
@@ -66,7 +66,10 @@ pub(crate) fn constrain_leaf(
         workspace.most_sources,
     );
     let vertex = |index: u32| SeamVertex {
-        id: VertexId { tile, index },
+        id: VertexId {
+            tile,
+            index: VertexIndex(index),
+        },
         point: points[index as usize],
     };
     let Workspace { inserter, deferral, .. } = workspace;

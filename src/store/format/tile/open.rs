@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use crate::geometry::Point;
+use crate::geometry::{Point, VertexIndex};
 use crate::store::format::damage::Damage;
 use crate::store::format::directory::TileEntry;
 use crate::store::format::directory::{check_crc, verified};
@@ -159,7 +159,7 @@ impl Tile {
         if all(&self.coordinates) && self.foreign.chunks_exact(FOREIGN).all(|vertex| all(&vertex[..16])) {
             return Ok(());
         }
-        let points = (0..self.corner_count() as u32).map(|corner| self.point(corner));
+        let points = (0..self.corner_count() as u32).map(|corner| self.point(VertexIndex(corner)));
         match points.zip(0..).find(|(p, _)| !is_stored(p.x) || !is_stored(p.y)) {
             Some((p, corner)) => Err(Damage::new(format!("corner {corner} is at ({}, {})", p.x, p.y))),
             None => Ok(()),

@@ -64,14 +64,14 @@ impl Scene {
         let first_of: Vec<u32> = first_of.collect();
         let number = |tile: &Tile, id: VertexId| {
             let owner = id.tile.0 as usize;
-            let known = directory.tiles.get(owner).is_some_and(|t| id.index < t.vertices);
+            let known = directory.tiles.get(owner).is_some_and(|t| id.index.0 < t.vertices);
             ensure!(
                 known,
                 "{}: tile {} names vertex {id}, which is not there",
                 reader.name(),
                 tile.id()
             );
-            Ok(first_of[owner] + id.index)
+            Ok(first_of[owner] + id.index.0)
         };
         let limit = directory.metadata.triangles as usize;
         let mut points = Vec::new();
@@ -79,7 +79,7 @@ impl Scene {
         let (mut constraints, mut walls, mut sites) = (Vec::new(), Vec::new(), Vec::new());
         let mut tiles = reader.tiles();
         while let Some(tile) = tiles.try_next().await? {
-            sites.extend(tile.sites().map(|site| points.len() as u32 + site.vertex));
+            sites.extend(tile.sites().map(|site| points.len() as u32 + site.vertex.0));
             points.extend(tile.points());
             // Without triangles, edges stand alone.
             for edge in tile.owned_constraints().filter(|_| tile.triangle_count() == 0) {
@@ -103,7 +103,7 @@ impl Scene {
                     edges.push([a.min(b), a.max(b)]);
                 }
                 triangles.push(corners);
-                if triangle >= tile.core_triangle_count() {
+                if triangle.0 >= tile.core_triangle_count() {
                     border.push(corners);
                 }
                 if tile.is_hole(triangle) {
