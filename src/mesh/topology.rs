@@ -74,6 +74,7 @@ pub trait Topology {
     }
 
     /// All triangles.
+    #[inline]
     fn triangle_ids(&self) -> impl DoubleEndedIterator<Item = TriangleId> + ExactSizeIterator + use<Self> {
         (0..self.triangle_count()).map(TriangleId)
     }

@@ -87,6 +87,7 @@ impl Tile {
     }
 
     /// The vertices that the tile owns.
+    #[inline]
     pub fn vertex_indices(&self) -> impl DoubleEndedIterator<Item = VertexIndex> + ExactSizeIterator + Clone + use<> {
         (0..self.vertex_count()).map(VertexIndex)
     }
@@ -111,11 +112,13 @@ impl Tile {
     }
 
     /// The triangles of core and border.
+    #[inline]
     pub fn triangle_ids(&self) -> impl DoubleEndedIterator<Item = TriangleId> + ExactSizeIterator + Clone + use<> {
         (0..self.triangle_count()).map(TriangleId)
     }
 
     /// The triangles of the border.
+    #[inline]
     pub(crate) fn border_triangle_ids(&self) -> impl ExactSizeIterator<Item = TriangleId> + use<> {
         (self.core_triangle_count()..self.triangle_count()).map(TriangleId)
     }
