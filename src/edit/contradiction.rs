@@ -1,5 +1,6 @@
 //! How the tiles of a file contradict themselves or each other.
 
+use crate::geometry::VertexIndex;
 use crate::mesh::EndlessWalk;
 
 /// What is wrong with a tile that an edit cannot work with.
@@ -8,7 +9,7 @@ pub(crate) enum Contradiction {
     #[error("it has no vertices")]
     NoVertices,
     #[error("vertex {0} has no triangle")]
-    LoneVertex(u32),
+    LoneVertex(VertexIndex),
     #[error("a vertex is of a tile that there is not")]
     NoTile,
     #[error("a triangle is missing that another tile has")]

@@ -5,9 +5,9 @@ use crate::edit::tile::{EditTile, NewVertex};
 use crate::edit::tiles::Tiles;
 use crate::edit::vertices;
 use crate::edit::work::Work;
-use crate::geometry::Point;
+use crate::geometry::{Point, VertexIndex};
 use crate::input::MissingZ;
-use crate::mesh::vertex_index::VertexIndex;
+use crate::mesh::point_table::PointTable;
 use crate::store::{TileId, Vertex, VertexId};
 
 /// The end of a segment: its tile, its place, and its number among all ends.
@@ -24,7 +24,7 @@ pub(crate) fn find_ends(
     let filler = Vertex {
         id: VertexId {
             tile: TileId(0),
-            index: 0,
+            index: VertexIndex(0),
         },
         point: Point::new(0.0, 0.0),
     };
@@ -71,7 +71,7 @@ fn by_tile(tiles: &Tiles, work: &Work) -> Result<Vec<End>, EditError> {
 fn find_in_tile(tiles: &mut Tiles, work: &Work, ends: &[End], found: &mut [Vertex]) -> Result<Vec<End>, EditError> {
     let id = ends[0].0;
     let numbers_in = |tile: &EditTile| -> Vec<Option<u32>> {
-        let index = VertexIndex::new(tile.points());
+        let index = PointTable::new(tile.points());
         ends.iter().map(|&(_, place, _)| index.at(place)).collect()
     };
     let mut tile = tiles.get(id)?;
@@ -93,7 +93,7 @@ fn find_in_tile(tiles: &mut Tiles, work: &Work, ends: &[End], found: &mut [Verte
         numbers = numbers_in(&tile);
     }
     for (&(_, place, end), number) in ends.iter().zip(numbers) {
-        found[end as usize] = tile.vertex(number.ok_or_else(|| no_vertex(place))?);
+        found[end as usize] = tile.vertex(VertexIndex(number.ok_or_else(|| no_vertex(place))?));
     }
     Ok(missing)
 }

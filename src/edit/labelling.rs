@@ -42,7 +42,8 @@ pub(crate) fn label(tiles: &mut Tiles, labels: Labels, is_stopped: &dyn Fn() -> 
             // The places of a tile that is not changed are its triangles.
             let is_same = tiles.labels().is_none_or(|labels| {
                 let label = |triangle| labels.of(id, &parts, triangle);
-                (0..tile.triangle_count()).all(|triangle| tile.component(triangle) == label(triangle))
+                tile.triangle_ids()
+                    .all(|triangle| tile.component(triangle) == label(triangle))
             });
             if !is_same {
                 tiles.write(edit)?;

@@ -5,7 +5,7 @@
 
 use foldhash::{HashMap, HashMapExt};
 
-use crate::geometry::HalfEdge;
+use crate::geometry::{HalfEdge, TriangleId};
 use crate::mesh::Twin;
 use crate::store::{TileId, Vertex, VertexId};
 
@@ -58,8 +58,8 @@ pub(crate) enum Beside {
 /// What one tile has of a patch.
 pub(crate) struct Share {
     pub(crate) tile: TileId,
-    pub(crate) old: Vec<u32>,
-    pub(crate) new: Vec<u32>,
+    pub(crate) old: Vec<TriangleId>,
+    pub(crate) new: Vec<TriangleId>,
 }
 
 /// Where a tile has the triangles of a patch.
@@ -68,7 +68,7 @@ pub(crate) struct Seats {
     /// Where each old triangle is, or was.
     pub(crate) old: Vec<Option<Seat>>,
     /// The place of each new one.
-    pub(crate) new: Vec<Option<u32>>,
+    pub(crate) new: Vec<Option<TriangleId>>,
 }
 
 /// Where a tile has an old triangle.
@@ -90,19 +90,19 @@ impl Seats {
 
     /// Forgets the tile that it was for.
     pub(crate) fn clear(&mut self, share: &Share) {
-        share.old.iter().for_each(|&old| self.old[old as usize] = None);
-        share.new.iter().for_each(|&new| self.new[new as usize] = None);
+        share.old.iter().for_each(|&old| self.old[old.index()] = None);
+        share.new.iter().for_each(|&new| self.new[new.index()] = None);
     }
 
     /// What the tile says of the other side of an old half-edge of the patch, if it has its triangle.
     pub(crate) fn beside_old(&self, old: HalfEdge) -> Option<Twin> {
-        let seat = self.old[old.triangle() as usize].as_ref()?;
+        let seat = self.old[old.triangle().index()].as_ref()?;
         Some(seat.twins[old.corner() as usize])
     }
 
     /// The tile's half-edge for a new one of the patch, if it has its triangle.
     pub(crate) fn of_new(&self, new: HalfEdge) -> Option<HalfEdge> {
-        let place = self.new[new.triangle() as usize]?;
+        let place = self.new[new.triangle().index()]?;
         Some(HalfEdge::new(place, new.corner()))
     }
 }
@@ -168,10 +168,10 @@ impl Patch {
     }
 
     fn find_followers(&mut self) {
-        for (new, number) in self.new.iter().zip(0..) {
+        for (new, number) in self.new.iter().zip((0..).map(TriangleId)) {
             for (across, side) in new.across.iter().zip(HalfEdge::of_triangle(number)) {
                 if let &Beside::Old(old) = across {
-                    self.old[old.triangle() as usize].follower[old.corner() as usize] = Some(side);
+                    self.old[old.triangle().index()].follower[old.corner() as usize] = Some(side);
                 }
             }
         }
@@ -200,10 +200,10 @@ impl Patch {
                 .into_iter()
                 .flatten()
         };
-        for (old, number) in self.old.iter().zip(0..) {
+        for (old, number) in self.old.iter().zip((0..).map(TriangleId)) {
             shares_of(old.corners).for_each(|share| shares[share].old.push(number));
         }
-        for (new, number) in self.new.iter().zip(0..) {
+        for (new, number) in self.new.iter().zip((0..).map(TriangleId)) {
             shares_of(new.corners).for_each(|share| shares[share].new.push(number));
         }
         shares.sort_unstable_by_key(|share| share.tile);

@@ -13,7 +13,7 @@ use crate::collections::union_find::{UnionFind, WeightedUnionFind};
 use crate::constraints::seeds::{HoleRules, Seeds};
 use crate::edit::error::EditError;
 use crate::edit::tile::EditTile;
-use crate::geometry::HalfEdge;
+use crate::geometry::{HalfEdge, TriangleId};
 use crate::mesh::{Topology, Twin};
 use crate::store::{Component, EdgeSource, Metadata, Tile, TileId, VertexId};
 
@@ -38,7 +38,7 @@ impl Parts {
                     && twin < side
                     && !tile.is_constraint(side)
                 {
-                    sets.union(place, twin.triangle());
+                    sets.union(place.0, twin.triangle().0);
                 }
             }
         }
@@ -49,7 +49,7 @@ impl Parts {
         };
         let mut of_sets = vec![None; places as usize];
         for &place in &order {
-            this.of_places[place as usize] = *of_sets[sets.find(place) as usize].get_or_insert_with(|| {
+            this.of_places[place.index()] = *of_sets[sets.find(place.0) as usize].get_or_insert_with(|| {
                 this.count += 1;
                 this.count - 1
             });
@@ -123,7 +123,7 @@ impl Joining {
         self.depths.grow(parts.count);
         self.marks.resize(end as usize, Marks::default());
         self.had.resize(end as usize, NEW);
-        let node = |place: u32| first + parts.of_places[place as usize];
+        let node = |place: TriangleId| first + parts.of_places[place.index()];
         let (order, core_count) = tile.in_order();
         if let Some(before) = before {
             // The places of a tile that is not changed are its triangles.
@@ -172,7 +172,7 @@ impl Joining {
     }
 
     /// Joins the parts of several tiles that a triangle of theirs is of.
-    fn join_across_tiles(&mut self, tile: &EditTile, place: u32, node: u32) {
+    fn join_across_tiles(&mut self, tile: &EditTile, place: TriangleId, node: u32) {
         let (corners, _) = tile.triangle(HalfEdge::new(place, 0));
         let mut ids = corners.map(|vertex| vertex.id);
         if ids.iter().all(|id| id.tile == tile.id) {
@@ -195,7 +195,7 @@ impl Joining {
         self.depths.union(node, other, 0);
     }
 
-    fn seed(&mut self, tile: &EditTile, order: &[u32], node: impl Fn(u32) -> u32) {
+    fn seed(&mut self, tile: &EditTile, order: &[TriangleId], node: impl Fn(TriangleId) -> u32) {
         if self.seeds.is_empty() {
             return;
         }
@@ -322,8 +322,8 @@ pub(crate) struct Labels {
 
 impl Labels {
     /// Of a triangle of a tile.
-    pub(crate) fn of(&self, tile: TileId, parts: &Parts, place: u32) -> Component {
-        let node = self.first[tile.0 as usize] + parts.of_places[place as usize];
+    pub(crate) fn of(&self, tile: TileId, parts: &Parts, place: TriangleId) -> Component {
+        let node = self.first[tile.0 as usize] + parts.of_places[place.index()];
         self.of_parts[node as usize]
     }
 }

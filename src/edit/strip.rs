@@ -13,7 +13,7 @@ use crate::edit::patch::{Beside, New, Old, Patch};
 use crate::edit::tile::EditTile;
 use crate::edit::tile::hubs::MOST_AROUND;
 use crate::edit::tiles::{Pin, Tiles};
-use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 use crate::mesh::{Cavity, Topology, WALLS};
 use crate::store::{EdgeSource, Vertex, VertexId};
 
@@ -158,7 +158,7 @@ impl Inserting {
             }
             let apex = tile.from(entered.prev());
             let number = self.push(&tile, entered, ends, apex);
-            let [_, right, left] = HalfEdge::of_triangle(triangle);
+            let [_, right, left] = HalfEdge::of_triangle(TriangleId(triangle));
             match orient2d(line[0], line[1], apex.point) {
                 Orientation::CounterClockwise => {
                     self.left.push(number, left);
@@ -186,7 +186,7 @@ impl Inserting {
         self.strip
             .old
             .push(Old::new([from, right, left], bits, (tile.id, side)));
-        let [on_right, _, on_left] = HalfEdge::of_triangle(0);
+        let [on_right, _, on_left] = HalfEdge::of_triangle(TriangleId(0));
         for (chain, vertex, side) in [(&mut self.right, right, on_right), (&mut self.left, left, on_left)] {
             chain.vertices.clear();
             chain.sides.clear();
@@ -231,7 +231,7 @@ impl Inserting {
             *on_piece = fill(strip, chain, cavity, self.is_passed_twice);
         }
         for [side, twin] in [on_piece, [on_piece[1], on_piece[0]]] {
-            strip.new[side.triangle() as usize].set(side, Beside::New(twin), constraint_bits(is_wall));
+            strip.new[side.triangle().index()].set(side, Beside::New(twin), constraint_bits(is_wall));
         }
         exchange(strip, tiles)
     }
@@ -268,8 +268,8 @@ fn is_shorter_from_end(tiles: &Tiles, [start, end]: [Vertex; 2]) -> Result<bool,
 /// Puts the triangles of a cavity into the patch. Returns the side on the piece.
 fn fill(strip: &mut Patch, chain: &Chain, cavity: &Cavity, is_passed_twice: bool) -> HalfEdge {
     let first = strip.new.len() as u32;
-    let of_patch = |side: HalfEdge| HalfEdge::new(first + side.triangle(), side.corner());
-    for (corners, number) in cavity.triangles.iter().zip(0..) {
+    let of_patch = |side: HalfEdge| HalfEdge(3 * first + side.0);
+    for (corners, number) in cavity.triangles.iter().zip((0..).map(TriangleId)) {
         // A side without a twin is on the chain, or on the piece: what lies there comes later.
         let across = |side| {
             let twin = cavity.twin(side);
@@ -291,9 +291,9 @@ fn fill(strip: &mut Patch, chain: &Chain, cavity: &Cavity, is_passed_twice: bool
     for (position, (&[from, to], &old)) in chain.vertices.array_windows().zip(&chain.sides).enumerate() {
         let side = of_patch(cavity.sides[position]);
         let twin = positions.get(&[to, from]).map(|&other| of_patch(cavity.sides[other]));
-        let bits = strip.old[old.triangle() as usize].bits >> old.corner() & constraint_bits(true);
+        let bits = strip.old[old.triangle().index()].bits >> old.corner() & constraint_bits(true);
         let across = twin.map_or(Beside::Old(old), Beside::New);
-        strip.new[side.triangle() as usize].set(side, across, bits);
+        strip.new[side.triangle().index()].set(side, across, bits);
     }
     of_patch(cavity.sides[chain.sides.len()])
 }

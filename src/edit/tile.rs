@@ -11,14 +11,14 @@ mod twin;
 
 use foldhash::{HashMap, HashMapExt};
 
-use crate::geometry::{HalfEdge, PackedHalfEdge, Point};
+use crate::geometry::{HalfEdge, PackedHalfEdge, Point, TriangleId, VertexIndex};
 use crate::mesh::{Topology, WALLS};
 use crate::store::{EdgeSource, Tile, TileId, Vertex, VertexId, Weight};
 use hubs::Hubs;
 use twin::PackedTwin;
 
 /// In place of the corners of a triangle that is no more.
-const GONE: [u32; 3] = [u32::MAX; 3];
+const GONE: [VertexIndex; 3] = [VertexIndex(u32::MAX); 3];
 /// In the bits of a triangle: it is being replaced.
 const REMOVED: u8 = 1 << 7;
 
@@ -32,18 +32,18 @@ pub(crate) struct EditTile {
     sites: Vec<(u32, u64)>,
     site_ids: Vec<String>,
     foreign: Vec<Vertex>,
-    foreign_places: HashMap<VertexId, u32>,
+    foreign_places: HashMap<VertexId, VertexIndex>,
     /// Their corners, or [`GONE`].
-    triangles: Vec<[u32; 3]>,
+    triangles: Vec<[VertexIndex; 3]>,
     twins: Vec<[PackedTwin; 3]>,
     bits: Vec<u8>,
     /// Places of triangles that are no more.
-    free: Vec<u32>,
+    free: Vec<TriangleId>,
     /// A half-edge that leaves each vertex of the tile.
     leaving: Vec<PackedHalfEdge>,
     hubs: Hubs,
     /// Those of each constraint edge that belongs to the tile, by its corners, the smaller first, as seen from that.
-    sources: HashMap<[u32; 2], Vec<EdgeSource>>,
+    sources: HashMap<[VertexIndex; 2], Vec<EdgeSource>>,
     /// How many these are.
     source_count: usize,
 }
@@ -62,10 +62,10 @@ impl EditTile {
     /// Takes over what a tile has.
     pub(crate) fn of(tile: &Tile) -> Self {
         let vertices = tile.vertex_count();
-        let triangles: Vec<[u32; 3]> = (0..tile.triangle_count()).map(|t| tile.corners(t)).collect();
-        let corners = triangles.as_flattened().iter().map(|&corner| corner + 1).max();
+        let triangles: Vec<[VertexIndex; 3]> = tile.triangle_ids().map(|t| tile.corners(t)).collect();
+        let corners = triangles.as_flattened().iter().map(|&corner| corner.0 + 1).max();
         let foreign: Vec<Vertex> = (vertices..corners.unwrap_or(0))
-            .map(|corner| tile.vertex(corner))
+            .map(|corner| tile.vertex(VertexIndex(corner)))
             .collect();
         let bits = |side: HalfEdge| {
             let s = side.corner();
@@ -74,26 +74,28 @@ impl EditTile {
         let mut this = Self {
             id: tile.id(),
             points: tile.points().collect(),
-            z: (0..vertices).filter_map(|v| tile.z(v)).collect(),
-            records: (0..vertices).map(|v| tile.record(v)).collect(),
-            sites: tile.sites().map(|site| (site.vertex, site.number)).collect(),
+            z: tile.vertex_indices().filter_map(|v| tile.z(v)).collect(),
+            records: tile.vertex_indices().map(|v| tile.record(v)).collect(),
+            sites: tile.sites().map(|site| (site.vertex.0, site.number)).collect(),
             site_ids: Vec::new(),
             foreign_places: foreign
                 .iter()
-                .zip(vertices..)
+                .zip((vertices..).map(VertexIndex))
                 .map(|(vertex, place)| (vertex.id, place))
                 .collect(),
             foreign,
-            twins: (0..tile.triangle_count())
+            twins: tile
+                .triangle_ids()
                 .map(|t| HalfEdge::of_triangle(t).map(|side| tile.twin(side).into()))
                 .collect(),
-            bits: (0..tile.triangle_count())
+            bits: tile
+                .triangle_ids()
                 .map(|t| HalfEdge::of_triangle(t).map(bits).into_iter().sum())
                 .collect(),
             hubs: Hubs::of(vertices as usize, &triangles),
             triangles,
             free: Vec::new(),
-            leaving: (0..vertices).map(|v| tile.leaving(v).into()).collect(),
+            leaving: tile.vertex_indices().map(|v| tile.leaving(v).into()).collect(),
             sources: HashMap::new(),
             source_count: 0,
         };
@@ -122,8 +124,8 @@ impl EditTile {
             + bytes_of(&self.bits)
             + bytes_of(&self.free)
             + bytes_of(&self.foreign)
-            + (size_of::<(VertexId, u32)>() + OF_ENTRY) * self.foreign_places.capacity()
-            + (size_of::<([u32; 2], Vec<EdgeSource>)>() + OF_ENTRY) * self.sources.capacity()
+            + (size_of::<(VertexId, VertexIndex)>() + OF_ENTRY) * self.foreign_places.capacity()
+            + (size_of::<([VertexIndex; 2], Vec<EdgeSource>)>() + OF_ENTRY) * self.sources.capacity()
             + OF_SOURCES * self.sources.len()
             + 8 * self.source_count
             + 32 * self.sites.len()
@@ -135,8 +137,8 @@ impl EditTile {
     }
 
     /// A corner, the tile's own or another's.
-    pub(crate) fn vertex(&self, corner: u32) -> Vertex {
-        match self.points.get(corner as usize) {
+    pub(crate) fn vertex(&self, corner: VertexIndex) -> Vertex {
+        match self.points.get(corner.index()) {
             Some(&point) => Vertex {
                 id: VertexId {
                     tile: self.id,
@@ -144,7 +146,7 @@ impl EditTile {
                 },
                 point,
             },
-            None => self.foreign[corner as usize - self.points.len()],
+            None => self.foreign[corner.index() - self.points.len()],
         }
     }
 
@@ -161,7 +163,7 @@ impl EditTile {
 
     /// The bits of the sides of a side's triangle, from that side on.
     pub(crate) fn bits_from(&self, side: HalfEdge) -> u8 {
-        let bits = self.bits[side.triangle() as usize];
+        let bits = self.bits[side.triangle().index()];
         let turned = |bits: u8| {
             let (bits, first) = (bits & 0b111, side.corner());
             (bits >> first | bits << (3 - first)) & 0b111
@@ -171,7 +173,7 @@ impl EditTile {
 
     /// The bits of a side alone, in the places of a first one.
     fn side_bits(&self, side: HalfEdge) -> u8 {
-        self.bits[side.triangle() as usize] >> side.corner() & (1 | 1 << WALLS)
+        self.bits[side.triangle().index()] >> side.corner() & (1 | 1 << WALLS)
     }
 
     pub(crate) fn is_constraint(&self, side: HalfEdge) -> bool {
@@ -179,7 +181,7 @@ impl EditTile {
     }
 
     /// The number of triangles at a vertex of the tile.
-    pub(crate) fn degree(&self, vertex: u32) -> u32 {
+    pub(crate) fn degree(&self, vertex: VertexIndex) -> u32 {
         self.hubs.degree(vertex)
     }
 
@@ -187,7 +189,7 @@ impl EditTile {
     pub(crate) fn fix(&mut self, corners: [VertexId; 3], bits: u8) -> bool {
         let side = self.side_of(corners);
         if let Some(side) = side {
-            self.bits[side.triangle() as usize] |= bits << side.corner();
+            self.bits[side.triangle().index()] |= bits << side.corner();
         }
         side.is_some()
     }
@@ -207,9 +209,9 @@ impl EditTile {
         }
         self.leaving.resize(self.points.len(), PackedHalfEdge::NONE);
         // The corners of others come behind the tile's own.
-        let behind = |corner: &mut u32| {
-            if *corner >= own {
-                *corner += more;
+        let behind = |corner: &mut VertexIndex| {
+            if corner.0 >= own {
+                corner.0 += more;
             }
         };
         let triangles = self.triangles.iter_mut().filter(|corners| **corners != GONE);
@@ -228,18 +230,22 @@ impl EditTile {
     }
 
     /// The places of its triangles, those whose corners are all its own first.
-    pub(crate) fn in_order(&self) -> (Vec<u32>, usize) {
+    pub(crate) fn in_order(&self) -> (Vec<TriangleId>, usize) {
         let own = self.points.len() as u32;
-        let all = (0u32..).zip(&self.triangles).filter(|(_, corners)| **corners != GONE);
-        let (core, border): (Vec<_>, Vec<_>) = all.partition(|(_, corners)| corners.iter().all(|&corner| corner < own));
+        let all = self
+            .triangle_ids()
+            .zip(&self.triangles)
+            .filter(|(_, corners)| **corners != GONE);
+        let (core, border): (Vec<_>, Vec<_>) =
+            all.partition(|(_, corners)| corners.iter().all(|&corner| corner.0 < own));
         let core_count = core.len();
         let places = core.into_iter().chain(border).map(|(place, _)| place);
         (places.collect(), core_count)
     }
 
     /// Whether a triangle belongs to the tile.
-    pub(crate) fn owns(&self, place: u32) -> bool {
-        let corners = self.triangles[place as usize].map(|corner| self.vertex(corner));
+    pub(crate) fn owns(&self, place: TriangleId) -> bool {
+        let corners = self.triangles[place.index()].map(|corner| self.vertex(corner));
         let smallest = corners.iter().min_by(|a, b| a.point.lex_cmp(b.point));
         smallest.is_some_and(|vertex| vertex.id.tile == self.id)
     }

@@ -12,7 +12,7 @@ use crate::edit::exchange::exchange;
 use crate::edit::patch::{Beside, New, Old, Patch};
 use crate::edit::tile::NewVertex;
 use crate::edit::tiles::{Pin, Tiles};
-use crate::geometry::{HalfEdge, MortonSquare, Orientation, Point, Rect, in_circle, orient2d};
+use crate::geometry::{HalfEdge, MortonSquare, Orientation, Point, Rect, TriangleId, VertexIndex, in_circle, orient2d};
 use crate::mesh::{Embedded, EndlessWalk, Topology, WALLS};
 use crate::store::{MAX_TILE_VERTICES, TileId, Vertex, VertexId};
 
@@ -23,10 +23,14 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
     let square = MortonSquare::around(Rect::around(new.iter().map(|vertex| vertex.point)));
     new.sort_by_key(|vertex| square.key(vertex.point));
     let tile = tiles.get(id)?;
-    let near = tile.points().iter().zip(0u32..).min_by(|(a, _), (b, _)| {
-        let to = |p: &Point| (p.x - new[0].point.x).abs() + (p.y - new[0].point.y).abs();
-        to(a).total_cmp(&to(b))
-    });
+    let near = tile
+        .points()
+        .iter()
+        .zip((0..).map(VertexIndex))
+        .min_by(|(a, _), (b, _)| {
+            let to = |p: &Point| (p.x - new[0].point.x).abs() + (p.y - new[0].point.y).abs();
+            to(a).total_cmp(&to(b))
+        });
     let near = near.map(|(_, index)| index);
     let (vertices, most) = (tile.points().len() + new.len(), MAX_TILE_VERTICES);
     drop(tile);
@@ -39,7 +43,7 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
         return Err(tiles.damaged(id, Contradiction::NoVertices));
     };
     let mut adding = Adding::default();
-    for (&NewVertex { point, line, .. }, index) in new.iter().zip(first..) {
+    for (&NewVertex { point, line, .. }, index) in new.iter().zip((first..).map(VertexIndex)) {
         let vertex = Vertex {
             id: VertexId { tile: id, index },
             point,
@@ -123,8 +127,8 @@ impl Adding {
         } = self;
         let (middle, _) = cavity.number(vertex);
         // The triangles that start with a vertex, and those that go on to it.
-        let leaving: HashMap<u32, u32> = around.iter().map(|edge| edge.ends[0]).zip(0..).collect();
-        let arriving: HashMap<u32, u32> = around.iter().map(|edge| edge.ends[1]).zip(0..).collect();
+        let leaving = triangles_by_end(around, 0);
+        let arriving = triangles_by_end(around, 1);
         for &Around { ends, bits, side } in &*around {
             let [from, to] = ends;
             let [from_point, to_point] = ends.map(|end| cavity.vertices[end as usize].point);
@@ -142,7 +146,7 @@ impl Adding {
                 }
                 _ => 0,
             };
-            let beside = |next: Option<&u32>, side: u32| {
+            let beside = |next: Option<&TriangleId>, side: u32| {
                 next.map_or(Beside::Hull, |&next| Beside::New(HalfEdge::new(next, side)))
             };
             cavity.new.push(New {
@@ -176,7 +180,7 @@ impl Adding {
             };
             let (corners, bits) = tile.triangle(first);
             let numbers = corners.map(|corner| self.cavity.number(corner).0);
-            let old = self.cavity.old.len() as u32;
+            let old = TriangleId(self.cavity.old.len() as u32);
             self.cavity.old.push(Old::new(numbers, bits, (tile.id, first)));
             for (s, side) in [first, first.next(), first.prev()].into_iter().enumerate() {
                 let ends = [corners[s], corners[(s + 1) % 3]];
@@ -217,6 +221,12 @@ impl Adding {
         }
         Ok(parted)
     }
+}
+
+/// The new triangle at each edge around a cavity, by an end of the edge.
+fn triangles_by_end(around: &[Around], end: usize) -> HashMap<u32, TriangleId> {
+    let ends = around.iter().map(|edge| edge.ends[end]);
+    ends.zip((0..).map(TriangleId)).collect()
 }
 
 /// The corners of a triangle, the smallest first.

@@ -2,6 +2,7 @@
 
 use std::io;
 
+use crate::geometry::VertexIndex;
 use crate::store::{ReadError, VertexId};
 
 /// Why an export failed.
@@ -48,7 +49,7 @@ pub(super) enum Contradiction {
     },
     /// The z of this vertex is no number.
     #[error("vertex {0} has no finite z")]
-    InfiniteZ(u32),
+    InfiniteZ(VertexIndex),
     /// Either the tile or the directory says that vertices have a z.
     #[error("it and the directory disagree on whether there is a z")]
     HasZ,
@@ -56,7 +57,7 @@ pub(super) enum Contradiction {
     #[error("vertex {vertex} is of record {record}, which no source has, by the directory")]
     NoSuchRecord {
         /// The vertex.
-        vertex: u32,
+        vertex: VertexIndex,
         /// Its record.
         record: u64,
     },

@@ -17,6 +17,7 @@ use super::numbering::Numbering;
 use super::output::{Job, Output};
 use super::part::{Cut, ForeignZ, PIECE_BYTES, Part};
 use super::text::{put, put_number, put_vertex};
+use crate::geometry::VertexIndex;
 use crate::store::{Needs, ReadError, Tile, joined, spawn};
 
 pub(super) async fn write<W: Write + Send + 'static>(
@@ -89,9 +90,12 @@ async fn foreign_z(numbering: &Numbering, tile: &Tile) -> Result<ForeignZ, ReadE
     if !numbering.has_z() {
         return Ok(foreign);
     }
-    for triangle in (tile.core_triangle_count()..tile.triangle_count()).filter(|&t| numbering.is_written(tile, t)) {
+    for triangle in tile
+        .border_triangle_ids()
+        .filter(|&triangle| numbering.is_written(tile, triangle))
+    {
         let corners = tile.corners(triangle).into_iter();
-        for corner in corners.filter(|&corner| corner >= tile.vertex_count()) {
+        for corner in corners.filter(|&corner| !tile.has_vertex(corner)) {
             let vertex = tile.vertex(corner).id;
             let number = numbering.number(vertex);
             number.map_err(|fault| numbering.damaged(tile.id(), fault))?;
@@ -117,8 +121,8 @@ fn put_polygons(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result
     let mut texts = Vec::with_capacity(PIECE_BYTES as usize / 2);
     // Where the text of a vertex starts, from 1; it ends with its bracket. 0 if there is none yet.
     let mut starts = vec![0u32; tile.vertex_count() as usize];
-    let mut put_position = |corner: u32, out: &mut Vec<u8>| -> Result<(), Contradiction> {
-        if let Some(start) = starts.get_mut(corner as usize) {
+    let mut put_position = |corner: VertexIndex, out: &mut Vec<u8>| -> Result<(), Contradiction> {
+        if let Some(start) = starts.get_mut(corner.index()) {
             if *start == 0 {
                 *start = texts.len() as u32 + 1;
                 texts.push(b'[');

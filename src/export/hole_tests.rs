@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use futures::stream::TryStreamExt;
 
 use super::*;
-use crate::geometry::Point;
+use crate::geometry::{Point, TriangleId};
 use crate::input::PointBatch;
 use crate::pipeline::{BuildOptions, Builder};
 use crate::store::relabelled::{opened, relabelled};
@@ -14,7 +14,7 @@ use crate::store::{Component, OpenOptions, Tile, TileReader};
 const WIDTH: u32 = 70;
 
 /// Whether all corners of a triangle lie in one of two squares: within a tile, and across many.
-fn is_hole(tile: &Tile, triangle: u32) -> bool {
+fn is_hole(tile: &Tile, triangle: TriangleId) -> bool {
     let inside = |from: f64, to: f64| {
         let corners = tile.triangle_points(triangle);
         corners
@@ -73,7 +73,7 @@ async fn free_triangles(reader: &TileReader) -> HashSet<[u64; 3]> {
         for triangle in tile.owned_triangles().filter(|&t| !is_hole(&tile, t)) {
             free.insert(
                 tile.vertices(triangle)
-                    .map(|v| first(v.id.tile.0) + u64::from(v.id.index)),
+                    .map(|v| first(v.id.tile.0) + u64::from(v.id.index.0)),
             );
         }
     }

@@ -5,6 +5,7 @@
 
 use super::error::Contradiction;
 use super::options::ExportOptions;
+use crate::geometry::{TriangleId, VertexIndex};
 use crate::store::{Directory, ReadError, Tile, TileId, TileReader, VertexId};
 
 /// The number of each tile's first vertex.
@@ -46,7 +47,7 @@ impl Numbering {
     pub(super) fn number(&self, vertex: VertexId) -> Result<u64, Contradiction> {
         let tile = vertex.tile.0 as usize;
         match self.directory().tiles.get(tile) {
-            Some(entry) if vertex.index < entry.vertices => Ok(self.starts[tile] + u64::from(vertex.index)),
+            Some(entry) if vertex.index.0 < entry.vertices => Ok(self.starts[tile] + u64::from(vertex.index.0)),
             Some(entry) => Err(Contradiction::NoSuchVertex {
                 vertex,
                 vertices: entry.vertices,
@@ -79,7 +80,7 @@ impl Numbering {
     }
 
     /// Whether a triangle is written with this tile.
-    pub(super) fn is_written(&self, tile: &Tile, triangle: u32) -> bool {
+    pub(super) fn is_written(&self, tile: &Tile, triangle: TriangleId) -> bool {
         tile.owns(triangle) && !(self.leaves_out_holes() && tile.is_hole(triangle))
     }
 
@@ -89,7 +90,7 @@ impl Numbering {
     }
 
     /// The z of a vertex of a tile, if the file has any; an error if it is no number, or the tile differs from the directory.
-    pub(super) fn z(&self, tile: &Tile, vertex: u32) -> Result<Option<f64>, Contradiction> {
+    pub(super) fn z(&self, tile: &Tile, vertex: VertexIndex) -> Result<Option<f64>, Contradiction> {
         match tile.z(vertex) {
             Some(z) if !z.is_finite() => Err(Contradiction::InfiniteZ(vertex)),
             z if z.is_some() != self.has_z() => Err(Contradiction::HasZ),

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::error::Contradiction;
 use super::numbering::Numbering;
+use crate::geometry::{TriangleId, VertexIndex};
 use crate::store::{ReadError, TileInPass, VertexId};
 
 /// Vertices, triangles or edges of a part.
@@ -46,15 +47,16 @@ impl Part {
     pub(super) fn for_each_triangle(
         &self,
         numbering: &Numbering,
-        mut take: impl FnMut([u32; 3], [u64; 3]) -> Result<(), Contradiction>,
+        mut take: impl FnMut([VertexIndex; 3], [u64; 3]) -> Result<(), Contradiction>,
     ) -> Result<(), Contradiction> {
         let Self { tile, range, .. } = self;
         let start = numbering.start(tile);
-        for triangle in range.clone().filter(|&triangle| numbering.is_written(tile, triangle)) {
+        let triangles = range.clone().map(TriangleId);
+        for triangle in triangles.filter(|&triangle| numbering.is_written(tile, triangle)) {
             let corners = tile.corners(triangle);
-            let mut numbers = corners.map(|corner| start + u64::from(corner));
+            let mut numbers = corners.map(|corner| start + u64::from(corner.0));
             for (corner, number) in corners.into_iter().zip(&mut numbers) {
-                if corner >= tile.vertex_count() {
+                if !tile.has_vertex(corner) {
                     *number = numbering.number(tile.vertex(corner).id)?;
                 }
             }
@@ -64,10 +66,10 @@ impl Part {
     }
 
     /// The vertices, and their numbers through the file.
-    pub(super) fn vertices(&self, numbering: &Numbering) -> impl Iterator<Item = (u32, u64)> + use<> {
+    pub(super) fn vertices(&self, numbering: &Numbering) -> impl Iterator<Item = (VertexIndex, u64)> + use<> {
         let start = numbering.start(&self.tile);
         let vertices = self.range.clone();
-        vertices.map(move |vertex| (vertex, start + u64::from(vertex)))
+        vertices.map(move |vertex| (VertexIndex(vertex), start + u64::from(vertex)))
     }
 }
 
@@ -95,10 +97,11 @@ impl Numbering {
             };
             if cut == Cut::Triangles {
                 let core = tile.core_triangle_count().clamp(range.start, range.end);
-                let of_part = core - range.start + (core..range.end).filter(|&t| tile.owns(t)).count() as u32;
+                let of_part =
+                    core - range.start + (core..range.end).filter(|&t| tile.owns(TriangleId(t))).count() as u32;
                 owned += of_part;
                 triangles = match self.leaves_out_holes() {
-                    true => range.clone().filter(|&t| self.is_written(tile, t)).count() as u32,
+                    true => range.clone().filter(|&t| self.is_written(tile, TriangleId(t))).count() as u32,
                     false => of_part,
                 };
             }

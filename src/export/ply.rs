@@ -16,6 +16,7 @@ use super::numbering::Numbering;
 use super::output::{Job, Output};
 use super::part::{Cut, Part};
 use super::text::{comments, put};
+use crate::geometry::VertexIndex;
 use crate::store::{Metadata, Needs, Tile};
 
 /// Vertices that a `uint` can number.
@@ -45,7 +46,7 @@ pub(super) async fn write<W: Write + Send + 'static>(
     let records = record_type(job, &metadata).await?;
     output.push(header(&metadata, &job.numbering, records)).await?;
     let vertices = move |numbering: &Numbering, part: &Part, out: &mut Vec<u8>| {
-        let mut vertices = part.range.clone();
+        let mut vertices = part.range.clone().map(VertexIndex);
         vertices.try_for_each(|vertex| put_vertex(numbering, &part.tile, vertex, records, out))
     };
     job.pass(output, Cut::Vertices, vertices).await?;
@@ -74,7 +75,7 @@ async fn record_type(job: &mut Job<'_>, metadata: &Metadata) -> Result<RecordTyp
     }
     job.passes(3 + of_edges);
     let mut maxima = job.reader().for_each_tile(Needs::default(), |tile| {
-        (0..tile.vertex_count())
+        tile.vertex_indices()
             .map(|vertex| tile.record(vertex))
             .max()
             .unwrap_or(0)
@@ -126,7 +127,7 @@ fn header(metadata: &Metadata, numbering: &Numbering, records: RecordType) -> Ve
 fn put_vertex(
     numbering: &Numbering,
     tile: &Tile,
-    vertex: u32,
+    vertex: VertexIndex,
     records: RecordType,
     out: &mut Vec<u8>,
 ) -> Result<(), Contradiction> {

@@ -2,7 +2,7 @@
 //! kinds are exported in `tests/export`.
 
 use super::*;
-use crate::geometry::{Point, Rect};
+use crate::geometry::{Point, Rect, VertexIndex};
 use crate::io::{Buffers, MemoryFile};
 use crate::mesh::Twin;
 use crate::store::{
@@ -34,7 +34,7 @@ impl Default for Draft {
 fn vertex(tile: u32, index: u32) -> VertexId {
     VertexId {
         tile: TileId(tile),
-        index,
+        index: VertexIndex(index),
     }
 }
 

@@ -4,6 +4,7 @@ use std::io::Write;
 
 use super::error::Contradiction;
 use super::numbering::Numbering;
+use crate::geometry::VertexIndex;
 use crate::store::Tile;
 
 /// Appends formatted text.
@@ -21,7 +22,7 @@ pub(super) fn put_number(out: &mut Vec<u8>, number: f64) {
 pub(super) fn put_vertex(
     numbering: &Numbering,
     tile: &Tile,
-    vertex: u32,
+    vertex: VertexIndex,
     separator: u8,
     no_z: Option<f64>,
     out: &mut Vec<u8>,

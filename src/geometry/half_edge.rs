@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::ids::TriangleId;
+
 /// A half-edge of a triangulation: `3 * triangle + corner`, where `corner` is the one that it starts at.
 ///
 /// ```text
@@ -16,12 +18,13 @@ use std::fmt;
 /// # Example
 ///
 /// ```
-/// use delaunay_tiles::geometry::HalfEdge;
+/// use delaunay_tiles::geometry::{HalfEdge, TriangleId};
 ///
-/// let edge = HalfEdge::new(7, 2);
-/// assert_eq!((edge.triangle(), edge.corner()), (7, 2));
-/// assert_eq!(edge.next(), HalfEdge::new(7, 0));
-/// assert_eq!(edge.prev(), HalfEdge::new(7, 1));
+/// let triangle = TriangleId(7);
+/// let edge = HalfEdge::new(triangle, 2);
+/// assert_eq!((edge.triangle(), edge.corner()), (triangle, 2));
+/// assert_eq!(edge.next(), HalfEdge::new(triangle, 0));
+/// assert_eq!(edge.prev(), HalfEdge::new(triangle, 1));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(transparent)]
@@ -31,22 +34,23 @@ impl HalfEdge {
     /// The half-edge that starts at `corner` (0, 1 or 2) of `triangle`.
     #[inline]
     #[must_use]
-    pub const fn new(triangle: u32, corner: u32) -> Self {
-        Self(3 * triangle + corner)
+    pub const fn new(triangle: TriangleId, corner: u32) -> Self {
+        Self(3 * triangle.0 + corner)
     }
 
     /// The three half-edges of a triangle, counter-clockwise.
     #[inline]
     #[must_use]
-    pub const fn of_triangle(triangle: u32) -> [Self; 3] {
-        [Self(3 * triangle), Self(3 * triangle + 1), Self(3 * triangle + 2)]
+    pub const fn of_triangle(triangle: TriangleId) -> [Self; 3] {
+        let first = 3 * triangle.0;
+        [Self(first), Self(first + 1), Self(first + 2)]
     }
 
     /// The triangle on its left, to which it belongs.
     #[inline]
     #[must_use]
-    pub const fn triangle(self) -> u32 {
-        self.0 / 3
+    pub const fn triangle(self) -> TriangleId {
+        TriangleId(self.0 / 3)
     }
 
     /// The corner of its triangle that it starts at: 0, 1 or 2.
@@ -79,14 +83,6 @@ impl HalfEdge {
     #[must_use]
     pub const fn index(self) -> usize {
         self.0 as usize
-    }
-}
-
-// Until the last users of plain numbers are gone.
-impl From<u32> for HalfEdge {
-    #[inline]
-    fn from(number: u32) -> Self {
-        Self(number)
     }
 }
 

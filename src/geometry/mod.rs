@@ -7,6 +7,7 @@ mod circumdisc;
 mod crossing;
 mod expansion;
 mod half_edge;
+mod ids;
 mod morton;
 #[cfg(test)]
 mod oracle;
@@ -18,6 +19,7 @@ pub use circumdisc::disc_strictly_inside;
 pub(crate) use crossing::{ExactCrossing, cross_outside, segment_meets};
 pub use crossing::{crossing_point, segments_cross};
 pub use half_edge::{HalfEdge, PackedHalfEdge};
+pub use ids::{TriangleId, VertexIndex};
 pub(crate) use morton::MortonSquare;
 pub use point::{Point, Rect};
 pub(crate) use predicates::compare_lines;

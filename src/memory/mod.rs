@@ -28,24 +28,33 @@
 //! | regions | M/8, and up to M/4 when the ends of segments are gone |
 //! | the cache of tiles | the rest, from M/8 to 5 M/8 |
 //!
-//! | of a pass over a file (`store/pass.rs`) | |
+//! | of an open file (`FileShares`) | |
 //! | --- | --- |
-//! | what is on its way | M/16 |
-//! | tiles at once, and what the pass keeps | the rest |
+//! | the reader's own cache, when no pass runs | M/8, 64 MiB at most |
+//! | a pass: what was computed and is on its way | M/16 |
+//! | a pass: tiles at once, and what it keeps | the rest |
+//! | a pass that looks things up: these | three quarters of what the pass leaves |
+//!
+//! | of the check of polygons (`PolygonShares`) | |
+//! | --- | --- |
+//! | segments of a polygon that is sorted in memory | M |
+//! | the spool of a larger one | M/8 |
 //!
 //! The shares count what is asked of the allocator. What that keeps of what was given back comes on top: the program `tiletool` sets it
 //! so that this is little. A caller of the library who must keep to a limit does so too: one arena, and large allocations mapped.
 
 mod edit;
+mod file;
 mod machine;
 mod plan;
 mod segments;
 mod shortage;
 
 pub(crate) use edit::EditShares;
+pub(crate) use file::FileShares;
 pub use machine::{default_memory, peak_memory};
 pub(crate) use plan::{
     HELD_WORK_BYTES, Load, MemoryPlan, SEAM_BYTES, SEAM_WORK_BYTES, SEGMENT_BYTES, Shares, point_bytes,
 };
-pub(crate) use segments::{JoinShares, SpoolShares};
+pub(crate) use segments::{JoinShares, PolygonShares, SpoolShares};
 pub use shortage::{MemoryShortage, MemoryUse};

@@ -108,7 +108,11 @@ impl MemoryPlan {
     /// The plan when segments and sites have come that take so many bytes.
     pub(crate) fn with_arrivals(self, segments: u64, sites: u64) -> Result<Self, MemoryShortage> {
         if sites > self.total / 4 {
-            return Err(self.shortage(MemoryUse::Sites, 4 * sites));
+            return Err(MemoryShortage {
+                of: MemoryUse::Sites,
+                needed: 4 * sites,
+                budget: self.total,
+            });
         }
         Ok(Self {
             // Later they are sorted, and joined with points.
@@ -128,21 +132,10 @@ impl MemoryPlan {
         (self.segments + self.sites) / 2
     }
 
-    /// A shortage of the memory that is left.
-    pub(crate) fn shortage_of_rest(&self, of: MemoryUse, needed: u64) -> MemoryShortage {
-        MemoryShortage {
-            of,
-            needed,
-            budget: self.rest(),
-        }
-    }
-
-    fn shortage(&self, of: MemoryUse, needed: u64) -> MemoryShortage {
-        MemoryShortage {
-            of,
-            needed,
-            budget: self.total,
-        }
+    /// A shortage of what segments and sites leave.
+    pub(crate) fn shortage(&self, of: MemoryUse, needed: u64) -> MemoryShortage {
+        let budget = self.rest();
+        MemoryShortage { of, needed, budget }
     }
 
     /// Whether points that take `bytes` can stay in memory, with their segments.
@@ -197,7 +190,7 @@ impl MemoryPlan {
         let threads = (1..=self.threads).rev();
         let mut fitting = threads.filter(|&threads| self.work_bytes(threads, load) + least <= self.rest());
         let Some(threads) = fitting.next() else {
-            return Err(self.shortage_of_rest(MemoryUse::Tile, self.work_bytes(1, load) + least));
+            return Err(self.shortage(MemoryUse::Tile, self.work_bytes(1, load) + least));
         };
         if threads < self.threads {
             tracing::warn!(threads, "there is memory for the tiles of so many threads only");
@@ -241,7 +234,7 @@ impl MemoryPlan {
                 blocks: needed.max(shares.blocks),
                 ..shares
             }),
-            None => Err(self.shortage_of_rest(MemoryUse::Tile, self.work_bytes(1, load) + needed)),
+            None => Err(self.shortage(MemoryUse::Tile, self.work_bytes(1, load) + needed)),
         }
     }
 

@@ -1,4 +1,4 @@
-//! The memory of segments on their way: chunks, and the join of record numbers with points.
+//! The memory of segments on their way: chunks, the join of record numbers with points, and the check of polygons.
 
 /// Who gets how much of the share of segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +37,25 @@ impl SpoolShares {
                 kept_chunks: join as usize / 2 / chunk,
                 found: join / 8,
             },
+        }
+    }
+}
+
+/// Who gets how much of the share of the check of polygons.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PolygonShares {
+    /// Bytes of a polygon that is checked in memory.
+    pub(crate) polygon: u64,
+    /// Bytes of the spool of a larger one.
+    pub(crate) spool: u64,
+}
+
+impl PolygonShares {
+    /// The shares of `memory` bytes.
+    pub(crate) fn new(memory: u64) -> Self {
+        Self {
+            polygon: memory,
+            spool: memory / 8,
         }
     }
 }

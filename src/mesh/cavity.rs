@@ -23,7 +23,7 @@
 //! convex ones go too, which bounds the time for every chain, and mend what overlaps then; here nothing overlaps. Chains
 //! with few convex vertices leave little to flip, since two vertices of a reflex chain do not see each other.
 
-use crate::geometry::{HalfEdge, Orientation, Point, in_circle, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, in_circle, orient2d};
 
 /// No place among the ears.
 const NOWHERE: u32 = u32::MAX;
@@ -92,7 +92,7 @@ impl Cavity {
         self.neighbours.push([last, top, 0].map(Across::chain));
         self.sides.clear();
         self.sides.resize(self.at.len(), HalfEdge(0));
-        for (side, position) in HalfEdge::of_triangle(0).into_iter().zip([last, top, 0]) {
+        for (side, position) in HalfEdge::of_triangle(TriangleId(0)).into_iter().zip([last, top, 0]) {
             self.sides[position as usize] = side;
         }
         while let Some(ear) = self.cut.pop() {
@@ -183,7 +183,7 @@ impl Cavity {
     ///         inside                         ╲  inside ╱
     /// ```
     fn put_back(&mut self, [before, ear, after]: [u32; 3]) {
-        let triangle = self.triangles.len() as u32;
+        let triangle = TriangleId(self.triangles.len() as u32);
         let inner = self.sides[before as usize];
         let [outer_after, outer_before, base] = HalfEdge::of_triangle(triangle);
         self.triangles.push([after, ear, before]);
@@ -221,10 +221,10 @@ impl Cavity {
         let [t, u] = [side, twin].map(HalfEdge::triangle);
         let [of_d_b, of_b_ear, ear_d] = HalfEdge::of_triangle(t);
         let [of_a_d, d_ear, of_ear_a] = HalfEdge::of_triangle(u);
-        self.triangles[t as usize] = [d, b, ear];
-        self.triangles[u as usize] = [a, d, ear];
-        self.neighbours[t as usize] = [d_b, b_ear, Across::half_edge(d_ear)];
-        self.neighbours[u as usize] = [a_d, Across::half_edge(ear_d), ear_a];
+        self.triangles[t.index()] = [d, b, ear];
+        self.triangles[u.index()] = [a, d, ear];
+        self.neighbours[t.index()] = [d_b, b_ear, Across::half_edge(d_ear)];
+        self.neighbours[u.index()] = [a_d, Across::half_edge(ear_d), ear_a];
         self.link(d_b, of_d_b);
         self.link(b_ear, of_b_ear);
         self.link(a_d, of_a_d);

@@ -3,7 +3,7 @@
 use super::cavity::Cavity;
 use super::constrained::{CROSSED, Constrained, WALL};
 use super::topology::Topology;
-use crate::geometry::{HalfEdge, PackedHalfEdge};
+use crate::geometry::{HalfEdge, PackedHalfEdge, TriangleId};
 
 /// The boundary of a cavity on one side of a piece.
 #[derive(Debug, Default)]
@@ -57,7 +57,7 @@ impl Chain {
         self.open.clear();
         for (position, &side) in (0..).zip(&self.sides) {
             let twin = mesh.mesh.twin(side).half_edge();
-            let is_crossed = |twin: HalfEdge| mesh.fixed[twin.triangle() as usize] & CROSSED != 0;
+            let is_crossed = |twin: HalfEdge| mesh.fixed[twin.triangle().index()] & CROSSED != 0;
             let across = match self.open.last() {
                 _ if !twin.is_some_and(is_crossed) => Across::Stays(twin),
                 Some(&other) if Some(self.sides[other as usize]) == twin => {
@@ -71,7 +71,7 @@ impl Chain {
                     Across::Chain(position)
                 }
             };
-            let bits = mesh.fixed[side.triangle() as usize] >> side.corner() & WALL;
+            let bits = mesh.fixed[side.triangle().index()] >> side.corner() & WALL;
             self.across.push((across, bits));
         }
         debug_assert!(self.open.is_empty());
@@ -79,14 +79,14 @@ impl Chain {
 }
 
 /// Puts the triangles of a cavity in these places. Returns the half-edge on the piece.
-pub(super) fn fill(mesh: &mut Constrained, chain: &Chain, places: &[u32], cavity: &Cavity) -> HalfEdge {
-    let global = |side: HalfEdge| HalfEdge::new(places[side.triangle() as usize], side.corner());
-    for ((&place, corners), triangle) in places.iter().zip(&cavity.triangles).zip(0..) {
+pub(super) fn fill(mesh: &mut Constrained, chain: &Chain, places: &[TriangleId], cavity: &Cavity) -> HalfEdge {
+    let global = |side: HalfEdge| HalfEdge::new(places[side.triangle().index()], side.corner());
+    for ((&place, corners), triangle) in places.iter().zip(&cavity.triangles).zip((0..).map(TriangleId)) {
         let corners = corners.map(|position| chain.vertices[position as usize]);
         let twins = HalfEdge::of_triangle(triangle).map(|side| cavity.twin(side).map(global));
-        mesh.mesh.triangles[place as usize] = corners;
-        mesh.mesh.neighbours[place as usize] = twins.map(PackedHalfEdge::from);
-        mesh.fixed[place as usize] = 0;
+        mesh.mesh.triangles[place.index()] = corners;
+        mesh.mesh.neighbours[place.index()] = twins.map(PackedHalfEdge::from);
+        mesh.fixed[place.index()] = 0;
         for (side, vertex) in HalfEdge::of_triangle(place).into_iter().zip(corners) {
             mesh.leaving[vertex as usize] = side.into();
         }
@@ -104,7 +104,7 @@ pub(super) fn fill(mesh: &mut Constrained, chain: &Chain, places: &[u32], cavity
             Across::Chain(position) => Some(global(cavity.sides[position as usize])),
         };
         mesh.mesh.set_twin(side, twin.into());
-        mesh.fixed[side.triangle() as usize] |= bits << side.corner();
+        mesh.fixed[side.triangle().index()] |= bits << side.corner();
     }
     sides.next().expect("one side more than edges of the chain")
 }

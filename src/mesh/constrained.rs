@@ -3,7 +3,7 @@
 use super::boundary::Boundary;
 use super::topology::{Topology, Twin};
 use super::triangulation::Triangulation;
-use crate::geometry::{HalfEdge, PackedHalfEdge};
+use crate::geometry::{HalfEdge, PackedHalfEdge, TriangleId};
 
 /// In the byte of a triangle, the bits of its sides that are constraints stand at 0 to 2, those that are walls too at
 /// [`WALLS`] to 5, and that of a triangle that a piece crosses here.
@@ -51,10 +51,10 @@ impl Constrained {
             }
         } else {
             for half_edge in mesh.half_edges() {
-                this.leaving[mesh.origin(half_edge) as usize] = half_edge.into();
+                this.leaving[mesh.origin(half_edge).index()] = half_edge.into();
             }
             let edges = mesh.half_edges().filter(|&side| mesh.twin(side) == Twin::Hull);
-            let edges = edges.map(|side| (mesh.origin(side), mesh.destination(side), side));
+            let edges = edges.map(|side| (mesh.origin(side).0, mesh.destination(side).0, side));
             this.boundary = Boundary::new(edges.collect(), points);
         }
         this.mesh = mesh;
@@ -71,7 +71,7 @@ impl Constrained {
     /// Whether a half-edge is on a constraint.
     #[must_use]
     pub fn is_constraint(&self, side: HalfEdge) -> bool {
-        self.fixed[side.triangle() as usize] >> side.corner() & 1 == 1
+        self.fixed[side.triangle().index()] >> side.corner() & 1 == 1
     }
 
     /// All constraint edges, once each.
@@ -79,14 +79,14 @@ impl Constrained {
         let mesh = &self.mesh;
         let sides = mesh.half_edges().filter(|&side| self.is_constraint(side));
         let once = sides.filter(|&side| mesh.twin(side).half_edge().is_none_or(|twin| side < twin));
-        let edges = once.map(|side| [mesh.origin(side), mesh.destination(side)]);
+        let edges = once.map(|side| [mesh.origin(side).0, mesh.destination(side).0]);
         let pairs = mesh.hull.windows(2).zip(&self.line);
         edges.chain(pairs.filter(|(_, fixed)| **fixed).map(|(pair, _)| [pair[0], pair[1]]))
     }
 
     /// The bits of a triangle's sides: from 0 on those that are constraints, from [`WALLS`] on those that are walls.
-    pub(crate) fn side_bits(&self, triangle: u32) -> u8 {
-        self.fixed[triangle as usize]
+    pub(crate) fn side_bits(&self, triangle: TriangleId) -> u8 {
+        self.fixed[triangle.index()]
     }
 
     /// The triangles, and the bits of each one's sides.
@@ -98,13 +98,13 @@ impl Constrained {
     pub(crate) fn fix(&mut self, side: HalfEdge, is_wall: bool) {
         let bits = if is_wall { WALL } else { CONSTRAINT };
         for side in [Some(side), self.mesh.twin(side).half_edge()].into_iter().flatten() {
-            self.fixed[side.triangle() as usize] |= bits << side.corner();
+            self.fixed[side.triangle().index()] |= bits << side.corner();
         }
     }
 
     /// A boundary edge belongs to this half-edge now.
     pub(super) fn move_boundary(&mut self, side: HalfEdge) {
         let [from, to] = [self.mesh.origin(side), self.mesh.destination(side)];
-        self.boundary.set(from, to, side);
+        self.boundary.set(from.0, to.0, side);
     }
 }

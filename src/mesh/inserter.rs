@@ -22,7 +22,7 @@ use super::chain::{Chain, fill};
 use super::constrained::{CROSSED, Constrained};
 use super::leaving::{Leaving, Stars, leaving_towards};
 use super::topology::Topology;
-use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 
 /// Two segments cross, away from the points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -52,7 +52,7 @@ pub struct Crossing {
 #[derive(Debug, Default)]
 pub struct Inserter {
     /// The triangles that a piece crosses.
-    crossed: Vec<u32>,
+    crossed: Vec<TriangleId>,
     left: Chain,
     right: Chain,
     cavity: Cavity,
@@ -157,7 +157,7 @@ impl Inserter {
     }
 
     /// The triangles that the last step crossed.
-    pub(crate) fn crossed(&self) -> &[u32] {
+    pub(crate) fn crossed(&self) -> &[TriangleId] {
         &self.crossed
     }
 
@@ -171,11 +171,11 @@ impl Inserter {
         let from = topology.origin(side);
         self.crossed.clear();
         self.crossed.push(side.triangle());
-        self.right.begin(from, topology.destination(side), side);
-        self.left.begin(from, topology.apex(side), side.prev());
+        self.right.begin(from.0, topology.destination(side).0, side);
+        self.left.begin(from.0, topology.apex(side).0, side.prev());
         match pass(mesh, side.next())? {
             None => Ok(Step::Out),
-            Some(entered) => self.walk(points, mesh, entered, [points[from as usize], to]),
+            Some(entered) => self.walk(points, mesh, entered, [points[from.index()], to]),
         }
     }
 
@@ -189,7 +189,7 @@ impl Inserter {
         [a, b]: [Point; 2],
     ) -> Result<Step, [u32; 2]> {
         loop {
-            let apex = mesh.mesh.apex(entered);
+            let apex = mesh.mesh.apex(entered).0;
             self.crossed.push(entered.triangle());
             let (left, right) = (entered.prev(), entered.next());
             let gate = match orient2d(a, b, points[apex as usize]) {
@@ -218,7 +218,7 @@ impl Inserter {
     /// triangles that it crosses.
     pub(crate) fn replace(&mut self, points: &[Point], mesh: &mut Constrained, is_wall: bool) {
         for &triangle in &self.crossed {
-            mesh.fixed[triangle as usize] |= CROSSED;
+            mesh.fixed[triangle.index()] |= CROSSED;
         }
         // Both chains have their polygon on the left.
         self.right.reverse();
@@ -240,7 +240,7 @@ impl Inserter {
 /// The half-edge behind a gate, if there is one and it is no constraint.
 fn pass(mesh: &Constrained, gate: HalfEdge) -> Result<Option<HalfEdge>, [u32; 2]> {
     if mesh.is_constraint(gate) {
-        return Err([mesh.mesh.origin(gate), mesh.mesh.destination(gate)]);
+        return Err([mesh.mesh.origin(gate), mesh.mesh.destination(gate)].map(|end| end.0));
     }
     Ok(mesh.mesh.twin(gate).half_edge())
 }

@@ -32,7 +32,7 @@ pub(super) fn leaving_towards(points: &[Point], mesh: &Constrained, ends: [u32; 
                 continue;
             };
             for (edge, vertex) in [(side, side.next()), (side.prev(), side.prev())] {
-                if mesh.mesh.origin(vertex) == ends[1 - which] {
+                if mesh.mesh.origin(vertex).0 == ends[1 - which] {
                     return Some((which, Leaving::Edge(edge, ends[1 - which])));
                 }
             }
@@ -71,7 +71,7 @@ impl<'m> Search<'m> {
         let side = self.around.next()?;
         let topology = &self.around.mesh.mesh;
         let corners = [topology.origin(side), topology.destination(side), topology.apex(side)];
-        let [from, right, left] = corners.map(|vertex| points[vertex as usize]);
+        let [from, right, left] = corners.map(|vertex| points[vertex.index()]);
         let is_ahead = |p: Point| p.lex_cmp(from) == self.to.lex_cmp(from);
         let on_right = match self.known {
             Some((next, turn)) if next == side => turn,
@@ -80,8 +80,8 @@ impl<'m> Search<'m> {
         let on_left = orient2d(from, left, self.to);
         self.known = topology.twin(side.prev()).half_edge().map(|next| (next, on_left));
         Some(match (on_right, on_left) {
-            (Orientation::Collinear, _) if is_ahead(right) => Some(Leaving::Edge(side, corners[1])),
-            (_, Orientation::Collinear) if is_ahead(left) => Some(Leaving::Edge(side.prev(), corners[2])),
+            (Orientation::Collinear, _) if is_ahead(right) => Some(Leaving::Edge(side, corners[1].0)),
+            (_, Orientation::Collinear) if is_ahead(left) => Some(Leaving::Edge(side.prev(), corners[2].0)),
             (Orientation::CounterClockwise, Orientation::Clockwise) => Some(Leaving::Triangle(side)),
             _ => None,
         })
@@ -211,7 +211,7 @@ impl<'a> Directions<'a> {
 
     /// Where a half-edge leads to.
     fn of(&self, side: HalfEdge) -> Point {
-        self.points[self.mesh.mesh.destination(side) as usize]
+        self.points[self.mesh.mesh.destination(side).index()]
     }
 
     /// Whether a place lies a half-turn behind the first direction, or more.

@@ -13,11 +13,11 @@ mod engine;
 mod engine_kind;
 mod inserter;
 mod leaving;
+pub(crate) mod point_table;
 #[cfg(feature = "spade")]
 mod spade_engine;
 mod topology;
 mod triangulation;
-pub(crate) mod vertex_index;
 mod walk;
 
 pub(crate) use cavity::Cavity;

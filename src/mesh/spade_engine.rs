@@ -13,7 +13,7 @@ use super::divide_conquer::DivideConquer;
 use super::engine::Engine;
 use super::topology::Topology;
 use super::triangulation::Triangulation;
-use crate::geometry::{HalfEdge, Orientation, PackedHalfEdge, Point, in_circle, orient2d};
+use crate::geometry::{HalfEdge, Orientation, PackedHalfEdge, Point, TriangleId, VertexIndex, in_circle, orient2d};
 
 /// The engine on top of crate `spade`.
 #[derive(Default)]
@@ -57,15 +57,15 @@ impl Engine for SpadeEngine {
             mesh.triangles.push(face.vertices().map(|v| v.data().index));
         }
         for face in spade.inner_faces() {
-            let triangle = face.index() as u32 - 1;
-            debug_assert_eq!(mesh.neighbours.len() as u32, triangle);
-            let corners = mesh.triangles[triangle as usize];
+            let triangle = face.index() - 1;
+            debug_assert_eq!(mesh.neighbours.len(), triangle);
+            let corners = mesh.triangles[triangle];
             let mut twins = [PackedHalfEdge::NONE; 3];
             for edge in face.adjacent_edges() {
                 let side = corner_of(corners, edge.from().data().index);
                 if let Some(other) = edge.rev().face().as_inner() {
-                    let number = other.index() as u32 - 1;
-                    let corner = corner_of(mesh.triangles[number as usize], edge.to().data().index);
+                    let number = TriangleId(other.index() as u32 - 1);
+                    let corner = corner_of(mesh.triangles[number.index()], edge.to().data().index);
                     twins[side as usize] = HalfEdge::new(number, corner).into();
                 }
             }
@@ -115,7 +115,7 @@ impl SpadeEngine {
     ///
     /// The perturbed test is a generic lifting, so the flips end, in the one triangulation that is regular under it.
     fn canonicalise(&mut self, points: &[Point], mesh: &mut Triangulation) {
-        let point = |v: u32| points[v as usize];
+        let point = |v: VertexIndex| points[v.index()];
         self.stack.clear();
         self.stack.extend(mesh.half_edges());
         while let Some(side) = self.stack.pop() {
@@ -151,15 +151,15 @@ fn corner_of(corners: [u32; 3], vertex: u32) -> u32 {
 ///        d                  d
 /// ```
 fn flip(mesh: &mut Triangulation, side: HalfEdge, twin: HalfEdge) {
-    let [a, b, c] = [side, side.next(), side.prev()].map(|s| mesh.origin(s));
-    let d = mesh.apex(twin);
+    let [a, b, c] = [side, side.next(), side.prev()].map(|s| mesh.origin(s).0);
+    let d = mesh.apex(twin).0;
     let [bc, ca, ad, db] = [side.next(), side.prev(), twin.next(), twin.prev()].map(|s| mesh.packed_twin(s));
     let [t, u] = [side, twin].map(HalfEdge::triangle);
-    mesh.triangles[t as usize] = [c, d, b];
-    mesh.triangles[u as usize] = [d, c, a];
+    mesh.triangles[t.index()] = [c, d, b];
+    mesh.triangles[u.index()] = [d, c, a];
     let [[cd, db_inner, bc_inner], [dc, ca_inner, ad_inner]] = [t, u].map(HalfEdge::of_triangle);
-    mesh.neighbours[t as usize] = [dc.into(), db, bc];
-    mesh.neighbours[u as usize] = [cd.into(), ca, ad];
+    mesh.neighbours[t.index()] = [dc.into(), db, bc];
+    mesh.neighbours[u.index()] = [cd.into(), ca, ad];
     for (outer, inner) in [(db, db_inner), (bc, bc_inner), (ca, ca_inner), (ad, ad_inner)] {
         if let Some(outer) = outer.get() {
             mesh.set_twin(outer, inner.into());

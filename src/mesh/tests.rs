@@ -41,11 +41,11 @@ pub(super) fn check_topology(points: &[Point], mesh: &Triangulation) {
     assert_eq!(mesh.triangles.len(), mesh.neighbours.len());
     let mut hull_edges = std::collections::HashMap::new();
     for side in mesh.half_edges() {
-        let (from, to) = (mesh.origin(side), mesh.destination(side));
+        let (from, to) = (mesh.origin(side).0, mesh.destination(side).0);
         match mesh.twin(side) {
             Twin::HalfEdge(twin) => {
                 assert_eq!(mesh.twin(twin), Twin::HalfEdge(side));
-                assert_eq!((mesh.origin(twin), mesh.destination(twin)), (to, from));
+                assert_eq!((mesh.origin(twin).0, mesh.destination(twin).0), (to, from));
             }
             hull => {
                 assert_eq!(hull, Twin::Hull);

@@ -9,7 +9,7 @@
 //!
 //! [`Walk`](super::Walk) locates points.
 
-use crate::geometry::{HalfEdge, Point};
+use crate::geometry::{HalfEdge, Point, TriangleId, VertexIndex};
 
 /// What lies on the other side of an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,14 +39,14 @@ impl Twin {
 /// # Example
 ///
 /// ```
-/// use delaunay_tiles::geometry::Point;
+/// use delaunay_tiles::geometry::{Point, VertexIndex};
 /// use delaunay_tiles::mesh::{EngineKind, StarEnd, Topology, Triangulation};
 ///
 /// let points = [[0.0, 0.0], [2.0, 0.0], [1.0, 2.0], [1.0, 1.0]].map(|[x, y]| Point::new(x, y));
 /// let mut mesh = Triangulation::default();
 /// EngineKind::Native.create().triangulate(&points, &mut mesh);
 /// // The last point lies within the triangle of the others.
-/// let first = mesh.half_edges().find(|&half_edge| mesh.origin(half_edge) == 3).unwrap();
+/// let first = mesh.half_edges().find(|&half_edge| mesh.origin(half_edge) == VertexIndex(3)).unwrap();
 /// let mut star = mesh.star(first);
 /// assert_eq!(star.by_ref().count(), 3);
 /// assert_eq!(star.end(), Some(StarEnd::Closed));
@@ -56,21 +56,27 @@ pub trait Topology {
     fn triangle_count(&self) -> u32;
 
     /// The vertex that a half-edge starts at.
-    fn origin(&self, half_edge: HalfEdge) -> u32;
+    fn origin(&self, half_edge: HalfEdge) -> VertexIndex;
 
     /// What lies on the other side of its edge.
     fn twin(&self, half_edge: HalfEdge) -> Twin;
 
     /// The vertex that a half-edge leads to.
     #[inline]
-    fn destination(&self, half_edge: HalfEdge) -> u32 {
+    fn destination(&self, half_edge: HalfEdge) -> VertexIndex {
         self.origin(half_edge.next())
     }
 
     /// The third vertex of the triangle of a half-edge.
     #[inline]
-    fn apex(&self, half_edge: HalfEdge) -> u32 {
+    fn apex(&self, half_edge: HalfEdge) -> VertexIndex {
         self.origin(half_edge.prev())
+    }
+
+    /// All triangles.
+    #[inline]
+    fn triangle_ids(&self) -> impl DoubleEndedIterator<Item = TriangleId> + ExactSizeIterator + use<Self> {
+        (0..self.triangle_count()).map(TriangleId)
     }
 
     /// All half-edges.
@@ -115,7 +121,7 @@ pub trait Topology {
     fn arriving_from(
         &self,
         first: HalfEdge,
-        mut is_start: impl FnMut(u32) -> bool,
+        mut is_start: impl FnMut(VertexIndex) -> bool,
     ) -> Result<Option<HalfEdge>, StarError> {
         let vertex = self.origin(first);
         let mut star = self.star(first);
@@ -148,7 +154,7 @@ pub trait Topology {
 /// A [`Topology`] that knows where its vertices are.
 pub trait Embedded: Topology {
     /// Where a vertex is.
-    fn point(&self, vertex: u32) -> Point;
+    fn point(&self, vertex: VertexIndex) -> Point;
 }
 
 /// Why a walk round a vertex ended.
@@ -171,13 +177,13 @@ pub enum StarError {
     #[error("the star of vertex {vertex} is not complete")]
     Incomplete {
         /// The vertex in the middle.
-        vertex: u32,
+        vertex: VertexIndex,
     },
     /// Whoever goes round does not come back.
     #[error("the star of vertex {vertex} does not close")]
     Endless {
         /// The vertex in the middle.
-        vertex: u32,
+        vertex: VertexIndex,
     },
 }
 

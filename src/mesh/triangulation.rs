@@ -1,7 +1,7 @@
 //! The arrays that an in-core triangulation consists of.
 
 use super::topology::{Embedded, Topology, Twin};
-use crate::geometry::{HalfEdge, PackedHalfEdge, Point};
+use crate::geometry::{HalfEdge, PackedHalfEdge, Point, VertexIndex};
 
 /// The same triangle, from its smallest corner on.
 #[inline]
@@ -72,8 +72,8 @@ impl Topology for Triangulation {
     }
 
     #[inline]
-    fn origin(&self, half_edge: HalfEdge) -> u32 {
-        self.triangles.as_flattened()[half_edge.index()]
+    fn origin(&self, half_edge: HalfEdge) -> VertexIndex {
+        VertexIndex(self.triangles.as_flattened()[half_edge.index()])
     }
 
     #[inline]
@@ -98,7 +98,7 @@ impl Topology for Mesh<'_> {
     }
 
     #[inline]
-    fn origin(&self, half_edge: HalfEdge) -> u32 {
+    fn origin(&self, half_edge: HalfEdge) -> VertexIndex {
         self.triangulation.origin(half_edge)
     }
 
@@ -110,7 +110,7 @@ impl Topology for Mesh<'_> {
 
 impl Embedded for Mesh<'_> {
     #[inline]
-    fn point(&self, vertex: u32) -> Point {
-        self.points[vertex as usize]
+    fn point(&self, vertex: VertexIndex) -> Point {
+        self.points[vertex.index()]
     }
 }

@@ -5,7 +5,7 @@
 //! for ever.
 
 use super::topology::{Embedded, Twin};
-use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 
 /// A walk to a point, which goes on in another part of the triangulation where it leaves one.
 ///
@@ -14,7 +14,7 @@ use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
 /// # Example
 ///
 /// ```
-/// use delaunay_tiles::geometry::{HalfEdge, Point};
+/// use delaunay_tiles::geometry::{HalfEdge, Point, TriangleId};
 /// use delaunay_tiles::mesh::{EngineKind, Mesh, Triangulation, Walk, WalkEnd};
 ///
 /// let points = [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]].map(|[x, y]| Point::new(x, y));
@@ -22,7 +22,7 @@ use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
 /// EngineKind::Native.create().triangulate(&points, &mut triangulation);
 /// let mesh = Mesh { triangulation: &triangulation, points: &points };
 /// let mut walk = Walk::new(Point::new(0.5, 0.5), 1);
-/// assert_eq!(walk.run(&mesh, HalfEdge(0))?, WalkEnd::Triangle(0));
+/// assert_eq!(walk.run(&mesh, HalfEdge(0))?, WalkEnd::Triangle(TriangleId(0)));
 /// # Ok::<(), delaunay_tiles::mesh::EndlessWalk>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -36,7 +36,7 @@ pub struct Walk {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WalkEnd {
     /// The point lies within this triangle.
-    Triangle(u32),
+    Triangle(TriangleId),
     /// It lies within the edge of this half-edge.
     Edge(HalfEdge),
     /// It is the origin of this half-edge.
@@ -85,7 +85,9 @@ impl Walk {
             };
             let sides = [one, other, entered];
             let turn = |side: HalfEdge| {
-                let [from, to] = [mesh.origin(side), mesh.destination(side)].map(|vertex| mesh.point(vertex));
+                // Not by `map` over both: the points would go through memory, in other pieces than they are read in.
+                let from = mesh.point(mesh.origin(side));
+                let to = mesh.point(mesh.destination(side));
                 orient2d(from, to, self.target)
             };
             let Some(exit) = sides.into_iter().find(|&side| turn(side) == Orientation::Clockwise) else {

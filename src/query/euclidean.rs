@@ -64,7 +64,7 @@ impl Search {
         let vertex = near.vertex.id;
         let number = near
             .site
-            .unwrap_or(u64::from(vertex.tile.0) << 32 | u64::from(vertex.index));
+            .unwrap_or(u64::from(vertex.tile.0) << 32 | u64::from(vertex.index.0));
         self.open.push(Reverse(Entry {
             key: (near.distance.to_bits(), 1, number),
             value: Thing::Near(near),
@@ -85,7 +85,7 @@ impl Search {
                 }
             }));
         } else {
-            found.extend((0..tile.vertex_count()).map(|vertex| {
+            found.extend(tile.vertex_indices().map(|vertex| {
                 let vertex = tile.vertex(vertex);
                 Near {
                     vertex,

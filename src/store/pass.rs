@@ -16,6 +16,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::task::JoinHandle;
 
 use crate::io::{blocking, memory_of};
+use crate::memory::FileShares;
 use crate::store::error::ReadError;
 use crate::store::format::directory::{Directory, TileEntry};
 use crate::store::format::ids::TileId;
@@ -99,7 +100,8 @@ impl Plan {
         } = needs.cost(directory);
         let ahead = (READ_AHEAD / mean.max(1)).clamp(TILES_AHEAD.0, TILES_AHEAD.1);
         let useful = |threads: usize| threads as u64 + ahead;
-        let Some(memory) = memory else {
+        let shares = FileShares(memory);
+        let (Some(memory), Some(tiles)) = (memory, shares.pass()) else {
             return Ok(Self {
                 tiles: useful(processors) as usize,
                 threads: processors,
@@ -109,7 +111,7 @@ impl Plan {
         if least > memory {
             return Err(least);
         }
-        let memory = for_tiles(memory).max(least);
+        let memory = tiles.max(least);
         // A thread is of use if there is a tile for it.
         let with = |threads: usize| {
             let left = (memory - fixed).checked_sub(work.saturating_mul(threads as u64))?;
@@ -124,12 +126,6 @@ impl Plan {
             .find_map(with)
             .unwrap_or(Self { tiles: 1, threads: 1 }))
     }
-}
-
-/// The part of a pass's memory, in bytes, that tiles and what is computed with them may take. The rest is for what was computed and is on
-/// its way, input that is read, and holes in the heap.
-pub(crate) const fn for_tiles(memory: u64) -> u64 {
-    memory - memory / 16
 }
 
 /// A tile that takes one of its pass's slots until it is dropped.

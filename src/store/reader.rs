@@ -8,6 +8,7 @@ use bytes::Bytes;
 use futures::future;
 
 use crate::io::{Backend, ReadAt};
+use crate::memory::FileShares;
 use crate::store::borders_ahead::{BorderAhead, BordersAhead};
 use crate::store::cache::{Cache, PinnedTile, TileKey};
 use crate::store::error::ReadError;
@@ -17,9 +18,6 @@ use crate::store::format::ids::TileId;
 use crate::store::format::superblock::{FIRST_EXTENT, FileId, InForce, Superblock};
 use crate::store::format::tile::Tile;
 use crate::{io as files, shown};
-
-/// Bytes of the cache that a reader makes for itself, if it may use eight times as much memory.
-const DEFAULT_CACHE: u64 = 64 << 20;
 
 /// How to open a tile file.
 #[derive(Clone, Default)]
@@ -74,6 +72,54 @@ struct Inner {
     memory: Option<u64>,
 }
 
+/// Reads and checks the superblock in force and the directory.
+async fn read_directory(
+    source: &impl ReadAt,
+    name: &Arc<str>,
+    memory: Option<u64>,
+) -> Result<(InForce, Directory), ReadError> {
+    let io = |what: &str| {
+        let (file, what) = (Arc::clone(name), what.to_owned());
+        move |error| ReadError::Io {
+            file,
+            what,
+            source: Arc::new(error),
+        }
+    };
+    let invalid = |reason: String| ReadError::Invalid {
+        file: Arc::clone(name),
+        reason,
+    };
+    let damaged = |damage: Damage| invalid(damage.into());
+    let length = source.length();
+    let head = source.read_at(0..length.min(FIRST_EXTENT)).await;
+    let in_force = Superblock::choose(&head.map_err(io("the superblocks"))?).map_err(damaged)?;
+    let superblock = &in_force.superblock;
+    if superblock.file_length > length {
+        let reason = format!("it is cut off: it has {length} bytes of {}", superblock.file_length);
+        return Err(invalid(reason));
+    }
+    // The directory is there twice while it is decoded.
+    let needed = superblock.directory_length.saturating_mul(2);
+    if let Some(allowed) = memory.filter(|&memory| needed > memory) {
+        return Err(ReadError::Memory {
+            file: Arc::clone(name),
+            needed,
+            allowed,
+        });
+    }
+    let start = superblock.directory_offset;
+    let bytes = source.read_at(start..start + superblock.directory_length).await;
+    let bytes = bytes.map_err(io("the directory"))?;
+    let directory =
+        Directory::decode(&bytes, superblock).map_err(|damage| damaged(damage.of("its directory is damaged")))?;
+    // Caches go by the id: a file must not pass for another.
+    if superblock.file_id != FileId::of(&bytes) {
+        return Err(invalid("its id is not that of its directory".to_owned()));
+    }
+    Ok((in_force, directory))
+}
+
 impl TileReader {
     /// Opens a file.
     ///
@@ -117,49 +163,9 @@ impl TileReader {
         options: OpenOptions,
     ) -> Result<Self, ReadError> {
         let name: Arc<str> = name.into();
-        let io = |what: &str| {
-            let (file, what) = (Arc::clone(&name), what.to_owned());
-            move |error| ReadError::Io {
-                file,
-                what,
-                source: Arc::new(error),
-            }
-        };
-        let invalid = |reason: String| ReadError::Invalid {
-            file: Arc::clone(&name),
-            reason,
-        };
-        let damaged = |damage: Damage| invalid(damage.into());
-        let length = source.length();
-        let head = source.read_at(0..length.min(FIRST_EXTENT)).await;
-        let in_force = Superblock::choose(&head.map_err(io("the superblocks"))?).map_err(damaged)?;
-        let superblock = in_force.superblock;
-        if superblock.file_length > length {
-            let reason = format!("it is cut off: it has {length} bytes of {}", superblock.file_length);
-            return Err(invalid(reason));
-        }
-        // The directory is there twice while it is decoded.
-        let needed = superblock.directory_length.saturating_mul(2);
-        if let Some(allowed) = options.memory.filter(|&memory| needed > memory) {
-            return Err(ReadError::Memory {
-                file: Arc::clone(&name),
-                needed,
-                allowed,
-            });
-        }
-        let start = superblock.directory_offset;
-        let bytes = source.read_at(start..start + superblock.directory_length).await;
-        let bytes = bytes.map_err(io("the directory"))?;
-        let directory =
-            Directory::decode(&bytes, &superblock).map_err(|damage| damaged(damage.of("its directory is damaged")))?;
-        // Caches go by the id: a file must not pass for another.
-        if superblock.file_id != FileId::of(&bytes) {
-            return Err(invalid("its id is not that of its directory".to_owned()));
-        }
-        let cache = options.cache.unwrap_or_else(|| {
-            let share = options.memory.map_or(u64::MAX, |memory| memory / 8);
-            Cache::new(DEFAULT_CACHE.min(share) as usize)
-        });
+        let (in_force, directory) = read_directory(&source, &name, options.memory).await?;
+        let cache = options.cache;
+        let cache = cache.unwrap_or_else(|| Cache::new(FileShares(options.memory).cache()));
         tracing::debug!(
             file = &*name,
             backend = source.backend(),

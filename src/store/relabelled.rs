@@ -2,7 +2,7 @@
 
 use futures::stream::TryStreamExt;
 
-use crate::geometry::{HalfEdge, PackedHalfEdge};
+use crate::geometry::{HalfEdge, PackedHalfEdge, TriangleId, VertexIndex};
 use crate::io::{Buffers, MemoryFile};
 use crate::mesh::{Topology, Twin};
 use crate::store::format::directory::{Directory, TileEntry};
@@ -16,8 +16,11 @@ use crate::store::writer::TileWriter;
 /// What a tile is made of, without constraints.
 fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
     let core_sides = 3 * tile.core_triangle_count();
-    let vertices = 0..tile.vertex_count();
-    let triangles: Vec<[u32; 3]> = (0..tile.triangle_count()).map(|t| tile.corners(t)).collect();
+    let vertices = tile.vertex_indices();
+    let triangles: Vec<[u32; 3]> = tile
+        .triangle_ids()
+        .map(|t| tile.corners(t).map(|corner| corner.0))
+        .collect();
     let (of_core, of_border) = triangles.split_at(tile.core_triangle_count() as usize);
     let in_core = |side: HalfEdge| {
         let twin = tile.twin(side).half_edge();
@@ -32,13 +35,15 @@ fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
         Twin::HalfEdge(twin) if twin.0 >= core_sides => Some((side.0, twin.0)),
         _ => None,
     });
-    let leaving = vertices.clone().filter_map(|v| Some((v, tile.leaving(v)?.0)));
+    let leaving = vertices.clone().filter_map(|v| Some((v.0, tile.leaving(v)?.0)));
     let core = CoreDraft {
         points: tile.points().collect(),
         z: vertices.clone().filter_map(|v| tile.z(v)).collect(),
         records: vertices.map(|v| tile.record(v)).collect(),
         triangles: of_core.to_vec(),
-        neighbours: (0..tile.core_triangle_count())
+        neighbours: tile
+            .triangle_ids()
+            .take(of_core.len())
             .map(|t| HalfEdge::of_triangle(t).map(in_core))
             .collect(),
         constraints: Vec::new(),
@@ -51,11 +56,12 @@ fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
         vertices: tile.vertex_count(),
         core_triangles: tile.core_triangle_count(),
         foreign: (0..foreign)
-            .map(|corner| tile.vertex(tile.vertex_count() + corner))
+            .map(|corner| tile.vertex(VertexIndex(tile.vertex_count() + corner)))
             .map(|v| (v.id, v.point))
             .collect(),
         triangles: of_border.to_vec(),
-        neighbours: (tile.core_triangle_count()..tile.triangle_count())
+        neighbours: tile
+            .border_triangle_ids()
             .map(|t| HalfEdge::of_triangle(t).map(|side| tile.twin(side)))
             .collect(),
         core_links: links.collect(),
@@ -73,7 +79,7 @@ fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
 /// and kinds that `label` says.
 pub(crate) async fn relabelled(
     reader: &TileReader,
-    label: impl Fn(&Tile, u32) -> Component,
+    label: impl Fn(&Tile, TriangleId) -> Component,
     change: impl Fn(&Tile, &mut CoreDraft, &mut BorderDraft),
     metadata: impl FnOnce(&mut Metadata),
 ) -> MemoryFile {
@@ -84,7 +90,7 @@ pub(crate) async fn relabelled(
     for tile in tiles {
         let (mut core, mut border) = drafts(&tile);
         let mut components: Vec<u32> = Vec::new();
-        for triangle in 0..tile.triangle_count() {
+        for triangle in tile.triangle_ids() {
             let label = label(&tile, triangle);
             let place = border.regions.iter().position(|&other| other == label);
             components.push(place.unwrap_or(border.regions.len()) as u32);

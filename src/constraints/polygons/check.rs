@@ -12,7 +12,7 @@ use crate::constraints::polygons::sweep::{BYTES, Outcome, Sweep};
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::geometry::Point;
 use crate::input::SegmentBatch;
-use crate::memory::{MemoryShortage, MemoryUse};
+use crate::memory::{MemoryShortage, MemoryUse, PolygonShares};
 use crate::store::LineKind;
 
 /// Where a polygon is inside out.
@@ -51,7 +51,7 @@ pub struct PolygonCheck {
     folder: PathBuf,
     /// Segments of a polygon that fit in memory.
     most: usize,
-    budget: u64,
+    shares: PolygonShares,
     runs: Runs,
     /// The polygon at hand, and the number of its line.
     polygon: u64,
@@ -99,10 +99,11 @@ impl PolygonCheck {
     /// Within about so many bytes of memory; a polygon that takes more goes to a file in the folder.
     #[must_use]
     pub fn new(folder: &Path, memory: u64) -> Self {
+        let shares = PolygonShares::new(memory);
         Self {
             folder: folder.to_owned(),
-            most: (memory / BYTES).clamp(16, u64::from(u32::MAX)) as usize,
-            budget: memory,
+            most: (shares.polygon / BYTES).clamp(16, u64::from(u32::MAX)) as usize,
+            shares,
             runs: Runs::default(),
             polygon: 0,
             line: 0,
@@ -150,7 +151,7 @@ impl PolygonCheck {
     }
 
     fn spill(&mut self) -> Result<(), ConstraintError> {
-        let (folder, memory) = (&self.folder, self.budget / 8);
+        let (folder, memory) = (&self.folder, self.shares.spool);
         let spool = self.spooled.get_or_insert_with(|| SegmentSpool::new(folder, memory));
         let lines = vec![0; self.segments.len()];
         spool.push(&self.segments, &[], LineKind::Obstacle, &lines)?;
@@ -253,7 +254,7 @@ impl PolygonCheck {
                 true => Err(MemoryShortage {
                     of: MemoryUse::Polygon { obstacle: self.line },
                     needed: count.saturating_mul(BYTES),
-                    budget: self.budget,
+                    budget: self.shares.polygon,
                 }
                 .into()),
                 false => Ok(()),

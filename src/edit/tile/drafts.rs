@@ -4,7 +4,7 @@
 //! written may so be of the core now.
 
 use crate::edit::tile::EditTile;
-use crate::geometry::{HalfEdge, Point, Rect};
+use crate::geometry::{HalfEdge, Point, Rect, TriangleId};
 use crate::mesh::{Topology, Twin};
 use crate::store::format::components::{components, of_core};
 use crate::store::{BorderDraft, Component, CoreDraft, Extent, TileEntry, VertexId};
@@ -22,10 +22,10 @@ pub(crate) struct Drafts {
 /// What triangles and corners are numbered when a tile is written.
 struct Numbering {
     /// The places of the triangles of the core, and those of the others.
-    of_core: Vec<u32>,
-    of_border: Vec<u32>,
+    of_core: Vec<TriangleId>,
+    of_border: Vec<TriangleId>,
     /// The number of the triangle at each place that has one.
-    triangles: Vec<u32>,
+    triangles: Vec<TriangleId>,
     /// The vertices of other tiles that are corners.
     foreign: Vec<(VertexId, Point)>,
     /// The number of each corner.
@@ -35,9 +35,9 @@ struct Numbering {
 impl Numbering {
     fn of(tile: &EditTile) -> Self {
         let (mut of_core, core_count) = tile.in_order();
-        let mut triangles = vec![0; tile.triangles.len()];
-        for (&place, number) in of_core.iter().zip(0..) {
-            triangles[place as usize] = number;
+        let mut triangles = vec![TriangleId(0); tile.triangles.len()];
+        for (&place, number) in of_core.iter().zip((0..).map(TriangleId)) {
+            triangles[place.index()] = number;
         }
         let of_border = of_core.split_off(core_count);
         let (foreign, corners) = tile.foreign_in_order(&of_border);
@@ -51,15 +51,15 @@ impl Numbering {
     }
 
     fn half_edge(&self, side: HalfEdge) -> HalfEdge {
-        HalfEdge::new(self.triangles[side.triangle() as usize], side.corner())
+        HalfEdge::new(self.triangles[side.triangle().index()], side.corner())
     }
 
     fn is_in_core(&self, number: HalfEdge) -> bool {
-        (number.triangle() as usize) < self.of_core.len()
+        number.triangle().index() < self.of_core.len()
     }
 
     /// The places of all triangles, in order.
-    fn places(&self) -> impl Iterator<Item = u32> {
+    fn places(&self) -> impl Iterator<Item = TriangleId> {
         self.of_core.iter().chain(&self.of_border).copied()
     }
 }
@@ -67,9 +67,9 @@ impl Numbering {
 impl EditTile {
     /// The core and the border. `label` tells what is true of the region of the triangle at a place; without it the tile says nothing of
     /// regions.
-    pub(crate) fn drafts(&self, label: Option<&dyn Fn(u32) -> Component>) -> Drafts {
+    pub(crate) fn drafts(&self, label: Option<&dyn Fn(TriangleId) -> Component>) -> Drafts {
         let numbering = Numbering::of(self);
-        let is_in_hole = |place: u32| label.is_some_and(|label| label(place).is_hole);
+        let is_in_hole = |place: TriangleId| label.is_some_and(|label| label(place).is_hole);
         let owned = numbering.places().filter(|&place| self.owns(place));
         let (owned, in_holes) = owned.fold((0, 0), |(owned, in_holes), place| {
             (owned + 1, in_holes + u32::from(is_in_hole(place)))
@@ -96,7 +96,7 @@ impl EditTile {
             let twin = numbering.half_edge(self.twin(side).half_edge()?);
             numbering.is_in_core(twin).then_some(twin)
         };
-        let neighbours = |&place: &u32| HalfEdge::of_triangle(place).map(|side| in_core(side).into());
+        let neighbours = |&place: &TriangleId| HalfEdge::of_triangle(place).map(|side| in_core(side).into());
         CoreDraft {
             points: self.points.clone(),
             z: self.z.clone(),
@@ -138,15 +138,15 @@ impl EditTile {
         }
     }
 
-    fn numbered_corners(&self, places: &[u32], numbering: &Numbering) -> Vec<[u32; 3]> {
-        let corners = places.iter().map(|&place| self.triangles[place as usize]);
-        let numbered = corners.map(|corners| corners.map(|corner| numbering.corners[corner as usize]));
+    fn numbered_corners(&self, places: &[TriangleId], numbering: &Numbering) -> Vec<[u32; 3]> {
+        let corners = places.iter().map(|&place| self.triangles[place.index()]);
+        let numbered = corners.map(|corners| corners.map(|corner| numbering.corners[corner.index()]));
         numbered.collect()
     }
 
     /// The bits of triangles; nothing if they have none.
-    fn bits_of(&self, places: &[u32]) -> Vec<u8> {
-        let mut bits: Vec<u8> = places.iter().map(|&place| self.bits[place as usize]).collect();
+    fn bits_of(&self, places: &[TriangleId]) -> Vec<u8> {
+        let mut bits: Vec<u8> = places.iter().map(|&place| self.bits[place.index()]).collect();
         if bits.iter().all(|&bits| bits == 0) {
             bits.clear();
         }
@@ -166,11 +166,11 @@ impl EditTile {
     }
 
     /// The vertices of other tiles that border triangles have, by id; and what each corner is among own and these.
-    fn foreign_in_order(&self, of_border: &[u32]) -> (Vec<(VertexId, Point)>, Vec<u32>) {
+    fn foreign_in_order(&self, of_border: &[TriangleId]) -> (Vec<(VertexId, Point)>, Vec<u32>) {
         let own = self.points.len();
         let mut is_used = vec![false; self.foreign.len()];
-        for &corner in of_border.iter().flat_map(|&place| &self.triangles[place as usize]) {
-            if let Some(place) = (corner as usize).checked_sub(own) {
+        for &corner in of_border.iter().flat_map(|&place| &self.triangles[place.index()]) {
+            if let Some(place) = corner.index().checked_sub(own) {
                 is_used[place] = true;
             }
         }
@@ -189,7 +189,7 @@ impl EditTile {
     /// The box around the tile's vertices and the corners of what belongs to it.
     fn bounds(&self, numbering: &Numbering) -> Rect {
         let owned = numbering.places().filter(|&place| self.owns(place));
-        let corners = owned.flat_map(|place| self.triangles[place as usize].map(|corner| self.vertex(corner).point));
+        let corners = owned.flat_map(|place| self.triangles[place.index()].map(|corner| self.vertex(corner).point));
         Rect::around(self.points.iter().copied().chain(corners))
     }
 

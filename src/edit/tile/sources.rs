@@ -1,7 +1,7 @@
 //! Why edges of a tile are constraints: the lines that run along them.
 
 use crate::edit::tile::EditTile;
-use crate::geometry::HalfEdge;
+use crate::geometry::{HalfEdge, VertexIndex};
 use crate::mesh::Topology;
 use crate::store::{EdgeSource, Tile, VertexId};
 
@@ -72,6 +72,6 @@ impl EditTile {
 }
 
 /// The smaller corner first; and whether they changed places.
-fn in_order([a, b]: [u32; 2]) -> ([u32; 2], bool) {
+fn in_order([a, b]: [VertexIndex; 2]) -> ([VertexIndex; 2], bool) {
     if a <= b { ([a, b], false) } else { ([b, a], true) }
 }

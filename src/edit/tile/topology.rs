@@ -3,7 +3,7 @@
 use std::iter;
 
 use crate::edit::tile::EditTile;
-use crate::geometry::{HalfEdge, Point};
+use crate::geometry::{HalfEdge, Point, VertexIndex};
 use crate::mesh::{Embedded, Topology, Twin};
 use crate::store::VertexId;
 
@@ -15,7 +15,7 @@ impl Topology for EditTile {
     }
 
     #[inline]
-    fn origin(&self, half_edge: HalfEdge) -> u32 {
+    fn origin(&self, half_edge: HalfEdge) -> VertexIndex {
         self.triangles.as_flattened()[half_edge.index()]
     }
 
@@ -28,28 +28,28 @@ impl Topology for EditTile {
 /// Vertices are corners: those of other tiles have numbers too.
 impl Embedded for EditTile {
     #[inline]
-    fn point(&self, corner: u32) -> Point {
+    fn point(&self, corner: VertexIndex) -> Point {
         self.vertex(corner).point
     }
 }
 
 impl EditTile {
     /// The corner that a vertex is here, if it is one.
-    pub(super) fn corner(&self, id: VertexId) -> Option<u32> {
+    pub(super) fn corner(&self, id: VertexId) -> Option<VertexIndex> {
         if id.tile == self.id {
-            ((id.index as usize) < self.points.len()).then_some(id.index)
+            (id.index.index() < self.points.len()).then_some(id.index)
         } else {
             self.foreign_places.get(&id).copied()
         }
     }
 
     /// A half-edge that leaves a vertex of the tile, if it has any triangles.
-    pub(crate) fn leaving(&self, vertex: u32) -> Option<HalfEdge> {
-        self.leaving[vertex as usize].get()
+    pub(crate) fn leaving(&self, vertex: VertexIndex) -> Option<HalfEdge> {
+        self.leaving[vertex.index()].get()
     }
 
     /// The half-edges that leave a vertex of the tile, each once: counter-clockwise from one on to the hull, and then those before it.
-    pub(crate) fn around(&self, vertex: u32) -> impl Iterator<Item = HalfEdge> {
+    pub(crate) fn around(&self, vertex: VertexIndex) -> impl Iterator<Item = HalfEdge> {
         self.leaving(vertex).into_iter().flat_map(move |first| {
             // If the star is closed, there are none.
             let before = iter::once_with(move || self.rewind(first).0).flat_map(move |start| self.star(start));
@@ -63,10 +63,10 @@ impl EditTile {
     }
 
     /// The half-edge from one corner to another, one of which is the tile's own.
-    pub(super) fn side_along(&self, [from, to]: [u32; 2]) -> Option<HalfEdge> {
+    pub(super) fn side_along(&self, [from, to]: [VertexIndex; 2]) -> Option<HalfEdge> {
         if self.hubs.has(from) || self.hubs.has(to) {
             self.hubs.side([from, to])
-        } else if (from as usize) < self.points.len() {
+        } else if from.index() < self.points.len() {
             self.around(from).find(|&side| self.destination(side) == to)
         } else {
             let mut arriving = self.around(to).map(HalfEdge::prev);

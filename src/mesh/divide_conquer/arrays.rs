@@ -1,6 +1,6 @@
 //! Triangles with ghosts, and how they lie beside each other.
 
-use crate::geometry::{HalfEdge, Orientation, PackedHalfEdge, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, PackedHalfEdge, Point, TriangleId, orient2d};
 
 /// The corner of ghosts: the point at infinity.
 pub(super) const GHOST: u32 = u32::MAX;
@@ -36,7 +36,7 @@ impl Side {
     pub(super) fn packed(self) -> PackedHalfEdge {
         match self {
             Self::UNSET => PackedHalfEdge::NONE,
-            Self(_) => HalfEdge::new(self.triangle() as u32, self.corner() as u32).into(),
+            Self(_) => HalfEdge::new(TriangleId(self.0 >> 2), self.0 & 3).into(),
         }
     }
 

@@ -86,20 +86,16 @@ impl Arrays {
         // vertex of the hull keeps the ghost of the edge that leaves it.
         let leaving_left = |(vertex, ghost): End| (vertex, if vertex == lowest_left { bottom } else { ghost });
         let leaving_right = |(vertex, ghost): End| (vertex, if vertex == r { top } else { ghost });
-        let [left_min, left_max] = ends_left.map(leaving_left);
-        let [right_min, right_max] = ends_right.map(leaving_right);
+        self.joined_hull(ends_left.map(leaving_left), ends_right.map(leaving_right))
+    }
+
+    /// The hull of two parts, from the smallest and the largest vertex of each.
+    fn joined_hull(&self, [left_min, left_max]: [End; 2], [right_min, right_max]: [End; 2]) -> Hull {
         let smaller = |a: End, b: End| self.point(a.0).lex_cmp(self.point(b.0)).is_lt();
+        let pick = |first: bool, a: End, b: End| if first { a.1 } else { b.1 };
         Hull {
-            min: if smaller(left_min, right_min) {
-                left_min.1
-            } else {
-                right_min.1
-            },
-            max: if smaller(left_max, right_max) {
-                right_max.1
-            } else {
-                left_max.1
-            },
+            min: pick(smaller(left_min, right_min), left_min, right_min),
+            max: pick(smaller(left_max, right_max), right_max, left_max),
         }
     }
 

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use proptest::prelude::*;
 
 use super::*;
-use crate::geometry::in_circle;
+use crate::geometry::{VertexIndex, in_circle};
 use crate::mesh::tests::{check_topology, distinct, on_grid, sorted_triangles};
 use crate::mesh::{EngineKind, Triangulation};
 
@@ -69,7 +69,7 @@ fn constraints(mesh: &Constrained) -> BTreeSet<[u32; 2]> {
 fn prove(points: &[Point], mesh: &Constrained, pieces: &BTreeSet<[u32; 2]>) {
     let topology = mesh.mesh();
     check_topology(points, topology);
-    let point = |v: u32| points[v as usize];
+    let point = |v: VertexIndex| points[v.index()];
     for side in topology.half_edges() {
         let [a, b, c] = [side, side.next(), side.prev()].map(|s| point(topology.origin(s)));
         assert_eq!(orient2d(a, b, c), Orientation::CounterClockwise);

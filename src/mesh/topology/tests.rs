@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::geometry::{Orientation, orient2d};
+use crate::geometry::{Orientation, VertexIndex, orient2d};
 use crate::mesh::tests::{distinct, on_grid};
 use crate::mesh::{EndlessWalk, EngineKind, Mesh, Triangulation, Walk, WalkEnd};
 
@@ -15,7 +15,7 @@ struct Part<'a> {
 
 impl Part<'_> {
     fn has(&self, half_edge: HalfEdge) -> bool {
-        self.gone == 0 || !(half_edge.triangle() + 1).is_multiple_of(self.gone)
+        self.gone == 0 || !(half_edge.triangle().0 + 1).is_multiple_of(self.gone)
     }
 }
 
@@ -24,7 +24,7 @@ impl Topology for Part<'_> {
         self.whole.triangle_count()
     }
 
-    fn origin(&self, half_edge: HalfEdge) -> u32 {
+    fn origin(&self, half_edge: HalfEdge) -> VertexIndex {
         self.whole.origin(half_edge)
     }
 
@@ -37,7 +37,7 @@ impl Topology for Part<'_> {
 }
 
 impl Embedded for Part<'_> {
-    fn point(&self, vertex: u32) -> Point {
+    fn point(&self, vertex: VertexIndex) -> Point {
         self.whole.point(vertex)
     }
 }
@@ -49,7 +49,7 @@ fn triangulated(points: &[Point]) -> Triangulation {
 }
 
 /// The half-edge from one vertex to another, looked for among all.
-fn between(part: &Part<'_>, from: u32, to: u32) -> Option<HalfEdge> {
+fn between(part: &Part<'_>, from: VertexIndex, to: VertexIndex) -> Option<HalfEdge> {
     let mut all = part.half_edges().filter(|&half_edge| part.has(half_edge));
     all.find(|&half_edge| part.origin(half_edge) == from && part.destination(half_edge) == to)
 }
@@ -90,7 +90,7 @@ fn check_stars(part: &Part<'_>) {
 
         let vertex = part.origin(first);
         let is_whole = !matches!(end, StarEnd::Elsewhere(_)) && !matches!(why, StarEnd::Elsewhere(_));
-        for other in 0..part.whole.points.len() as u32 {
+        for other in (0..part.whole.points.len() as u32).map(VertexIndex) {
             let arriving = between(part, other, vertex).filter(|arriving| whole.contains(&arriving.next()));
             match part.arriving_from(first, |corner| corner == other) {
                 Ok(found) => assert!(found == arriving, "{other} to {vertex}"),
@@ -107,7 +107,7 @@ fn check_walks(part: &Part<'_>, target: Point) {
         orient2d(from, to, target)
     };
     let turns = |triangle| HalfEdge::of_triangle(triangle).map(turn);
-    let is_inside = (0..part.triangle_count()).any(|t| !turns(t).contains(&Orientation::Clockwise));
+    let is_inside = part.triangle_ids().any(|t| !turns(t).contains(&Orientation::Clockwise));
     for mut start in part.half_edges() {
         let mut walk = Walk::new(target, part.triangle_count().into());
         let end = loop {
@@ -185,8 +185,8 @@ impl Topology for Nonsense {
         2
     }
 
-    fn origin(&self, half_edge: HalfEdge) -> u32 {
-        [0, 1, 2, 0, 1, 2][half_edge.index()]
+    fn origin(&self, half_edge: HalfEdge) -> VertexIndex {
+        VertexIndex([0, 1, 2, 0, 1, 2][half_edge.index()])
     }
 
     fn twin(&self, half_edge: HalfEdge) -> Twin {
@@ -195,8 +195,8 @@ impl Topology for Nonsense {
 }
 
 impl Embedded for Nonsense {
-    fn point(&self, vertex: u32) -> Point {
-        [Point::new(0.0, 0.0), Point::new(1.0, 0.0), Point::new(0.0, 1.0)][vertex as usize]
+    fn point(&self, vertex: VertexIndex) -> Point {
+        [Point::new(0.0, 0.0), Point::new(1.0, 0.0), Point::new(0.0, 1.0)][vertex.index()]
     }
 }
 
@@ -210,7 +210,7 @@ fn what_contradicts_itself_ends_too() {
     assert_eq!(star.end(), Some(StarEnd::Endless));
     assert_eq!(nonsense.rewind(HalfEdge(0)).1, StarEnd::Endless);
     let looked_for = nonsense.arriving_from(HalfEdge(0), |_| false);
-    assert_eq!(looked_for, Err(StarError::Endless { vertex: 0 }));
+    assert_eq!(looked_for, Err(StarError::Endless { vertex: VertexIndex(0) }));
     let mut walk = Walk::new(Point::new(5.0, 5.0), 2);
     assert_eq!(walk.run(&nonsense, HalfEdge(0)), Err(EndlessWalk));
 
@@ -218,5 +218,5 @@ fn what_contradicts_itself_ends_too() {
     let mut twins = [Twin::HalfEdge(HalfEdge(5)); 6];
     twins[2] = Twin::Hull;
     let looked_for = Nonsense(twins).arriving_from(HalfEdge(0), |_| false);
-    assert_eq!(looked_for, Err(StarError::Endless { vertex: 0 }));
+    assert_eq!(looked_for, Err(StarError::Endless { vertex: VertexIndex(0) }));
 }

@@ -1,7 +1,6 @@
 //! Open: the files that a build writes, and what its threads share.
 
 use std::fs::File;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -15,6 +14,7 @@ use crate::pipeline::assembly::Assembly;
 use crate::pipeline::assembly::prepare::Parts;
 pub(crate) use crate::pipeline::conquer::conquest::{Conquest, ConquestLimits};
 use crate::pipeline::conquer::deferral::Deferral;
+use crate::pipeline::conquer::leaf::LeafRules;
 use crate::pipeline::conquer::schedule::Board;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::point_store::PointStore;
@@ -69,11 +69,9 @@ impl Assembly {
             has_journal,
         } = parts;
         let path = self.folder.file();
-        let cannot = |error| BuildError::io(&path, "make the file", error);
-        let file = ThreadsFile::from(Arc::new(open(&path, finished.file_length).map_err(cannot)?));
-        let log_path = self.folder.borders();
-        let log_file = open(&log_path, finished.log_length);
-        let log_file = Arc::new(log_file.map_err(|error| BuildError::io(&log_path, "make the border log", error))?);
+        let file = ThreadsFile::from(Arc::new(open(&path, finished.file_length, "make the file")?));
+        let log_file = open(&self.folder.borders(), finished.log_length, "make the border log")?;
+        let log_file = Arc::new(log_file);
         let log = BorderLog::new(
             Arc::clone(&log_file),
             finished.log_length,
@@ -84,26 +82,12 @@ impl Assembly {
         let journal = has_journal
             .then(|| self.journal(&finished, log_file, &blocks))
             .transpose()?;
-        let conquest = Arc::new(Conquest {
-            board: Board::new(&plan.tree, shares.merge_vertices, shares.threads),
-            options: Arc::clone(&self.options),
-            memory: self.memory,
-            spill: self.folder.spill().to_owned(),
-            log: Mutex::new(log),
-            found: Mutex::default(),
-            limits: ConquestLimits {
-                points: plan.points,
-                block_bytes: shares.blocks,
-                has_journal,
-            },
-            buffers: Buffers::keeping(shares.threads.div_ceil(2)),
-            holes: HoleRules {
-                has_holes: rules.has_holes,
-                exterior: self.options.exterior_is_hole,
-            },
-            rules,
-            deferral: Arc::new(Deferral::new(self.memory.most_held())),
-        });
+        let limits = ConquestLimits {
+            points: plan.points,
+            block_bytes: shares.blocks,
+            has_journal,
+        };
+        let conquest = Arc::new(self.conquest(&plan.tree, limits, &shares, rules, log));
         let (first_tile, first_block) = (finished.cores.len() as u32, finished.blocks);
         Ok(InWork {
             stop: StopOnDrop(Arc::clone(&conquest)),
@@ -122,6 +106,33 @@ impl Assembly {
         })
     }
 
+    /// What the threads share.
+    fn conquest(
+        &self,
+        tree: &KdTree,
+        limits: ConquestLimits,
+        shares: &Shares,
+        rules: LeafRules,
+        log: BorderLog,
+    ) -> Conquest {
+        Conquest {
+            board: Board::new(tree, shares.merge_vertices, shares.threads),
+            options: Arc::clone(&self.options),
+            memory: self.memory,
+            spill: self.folder.spill().to_owned(),
+            log: Mutex::new(log),
+            found: Mutex::default(),
+            limits,
+            buffers: Buffers::keeping(shares.threads.div_ceil(2)),
+            holes: HoleRules {
+                has_holes: rules.has_holes,
+                exterior: self.options.exterior_is_hole,
+            },
+            rules,
+            deferral: Arc::new(Deferral::new(self.memory.most_held())),
+        }
+    }
+
     fn journal(
         &self,
         finished: &FinishedBlocks,
@@ -129,9 +140,9 @@ impl Assembly {
         blocks: &Arc<Vec<Block>>,
     ) -> Result<Journal, BuildError> {
         let path = self.folder.journal();
-        let file = open(&path, finished.journal_length);
+        let file = open(&path, finished.journal_length, "make the journal")?;
         Ok(Journal {
-            file: Arc::new(file.map_err(|error| BuildError::io(&path, "make the journal", error))?),
+            file: Arc::new(file),
             length: finished.journal_length,
             border_log,
             blocks: Arc::clone(blocks),
@@ -141,13 +152,12 @@ impl Assembly {
 }
 
 /// Opens a file to write behind its first `length` bytes, and to read; what comes after those goes away.
-fn open(path: &Path, length: u64) -> io::Result<File> {
-    let file = File::options()
-        .read(true)
-        .write(true)
-        .create(true)
-        .truncate(false)
-        .open(path)?;
-    file.set_len(length)?;
-    Ok(file)
+fn open(path: &Path, length: u64, what: &'static str) -> Result<File, BuildError> {
+    let mut options = File::options();
+    options.read(true).write(true).create(true).truncate(false);
+    let file = options.open(path).and_then(|file| {
+        file.set_len(length)?;
+        Ok(file)
+    });
+    file.map_err(|error| BuildError::io(path, what, error))
 }

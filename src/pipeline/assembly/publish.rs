@@ -61,14 +61,8 @@ impl Assembly {
         let trees: Vec<KdTree> = found.blocks.iter().map(|block| block.tree.clone()).collect();
         let ends = found.blocks.iter().map(|block| block.ends).sum();
         let (cores, borders) = output.extents();
-        let directory = self.directory(
-            tree.with_leaves_cut(&trees),
-            &ran.tiles,
-            cores,
-            borders,
-            ends,
-            &ran.regions,
-        );
+        let tree = tree.with_leaves_cut(&trees);
+        let directory = self.directory(tree, &ran.tiles, cores, borders, ends, &ran.regions);
         let bytes = |extents: &[Extent]| extents.iter().map(|e| u64::from(e.length)).sum::<u64>();
         let [log_read, log_written] = conquest.log.lock().traffic();
         let core_bytes = bytes(&cores[first_tile as usize..]) + output.journal_bytes() + log_written;

@@ -34,7 +34,7 @@ impl Components {
         let (mut of_triangles, found) = joined(core);
         let mut is_open = vec![false; found as usize];
         for side in open_sides {
-            is_open[of_triangles[side.side.triangle() as usize] as usize] = true;
+            is_open[of_triangles[side.side.triangle().index()] as usize] = true;
         }
         let mut numbers = vec![NONE; found as usize];
         let (open, closed): (Vec<usize>, Vec<usize>) = (0..found as usize).partition(|&component| is_open[component]);
@@ -60,7 +60,7 @@ impl Components {
             let (side, source) = of_side[0];
             let twin = core.neighbours.as_flattened()[side as usize];
             Link {
-                sides: [HalfEdge(side).triangle(), twin.triangle_or_more()]
+                sides: [HalfEdge(side).triangle().0, twin.triangle_or_more()]
                     .map(|triangle| self.of_triangles[triangle as usize]),
                 change: of_side.iter().map(|(_, source)| source.depth_change()).sum(),
                 source,

@@ -250,7 +250,7 @@ impl Conquest {
             LeafError::Refused(Refusal::Overlaps(Overlaps { sources, place })) => {
                 let needed = self.memory.sources_memory(sources);
                 let overlaps = MemoryUse::Overlaps { point: place };
-                self.fail(self.memory.shortage_of_rest(overlaps, needed).into());
+                self.fail(self.memory.shortage(overlaps, needed).into());
             }
             LeafError::OpenRing(source) => {
                 self.fail(BuildError::OpenRing {
@@ -333,9 +333,9 @@ impl Conquest {
                 // All cells will have as many as those that are done.
                 let share = self.limits.points as f64 / points_done.max(1) as f64;
                 let needed = ((now as f64 * share) as u64).max(now);
-                self.memory.shortage_of_rest(MemoryUse::Held, needed).into()
+                self.memory.shortage(MemoryUse::Held, needed).into()
             } else {
-                self.memory.shortage_of_rest(MemoryUse::Seams, needed).into()
+                self.memory.shortage(MemoryUse::Seams, needed).into()
             });
         }
         Ok(())

@@ -3,9 +3,9 @@
 use crate::collections::bucket_sort::bucket_sort;
 use crate::constraints::seeds::Seeds;
 use crate::constraints::segment::Segment;
-use crate::geometry::{HalfEdge, MortonSquare, PackedHalfEdge, Point, Rect};
+use crate::geometry::{HalfEdge, MortonSquare, PackedHalfEdge, Point, Rect, TriangleId, VertexIndex};
 use crate::input::SiteId;
-use crate::mesh::vertex_index::VertexIndex;
+use crate::mesh::point_table::PointTable;
 use crate::mesh::{NONE, Topology};
 use crate::pipeline::conquer::components::Components;
 use crate::pipeline::conquer::constrain::constrain_leaf;
@@ -95,27 +95,69 @@ pub(crate) fn first_duplicate(items: &[Item], attributes: &Attributes, first_end
 pub(crate) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &LeafRules) -> Result<Leaf, LeafError> {
     let LeafInput {
         tile,
-        cell,
         items,
         attributes,
         ..
     } = input;
-    let rule = rules.duplicates;
-    let kept = match items {
+    let kept = kept_items(items, attributes, rules.duplicates);
+    let mut core = std::mem::replace(&mut workspace.core, CoreDraft::empty());
+    let without_z = put_vertices(&mut core, &kept, attributes);
+    put_sites(&mut core, items, attributes, rules);
+    let seam = triangulate(workspace, &core.points, input)?;
+    let mut open_sides = core_triangles(workspace, &mut core);
+    let elsewhere = take_edges(&mut core, &workspace.edges);
+    let vertex = |index: u32| seam_vertex(tile, &core.points, index);
+    let edges = elsewhere.into_iter().map(|piece| DoneEdge {
+        ends: piece.ends.map(vertex),
+        source: piece.source,
+    });
+    let first_end = rules.duplicates.first_end;
+    let mut leaf = Leaf {
+        bounds: Rect::around(core.points.iter().copied()),
+        edges: edges.collect(),
+        components: Components::default(),
+        seeded: Vec::new(),
+        seam,
+        duplicates: (items.len() - kept.len()) as u64,
+        ends: core.records.iter().filter(|&&record| record >= first_end).count() as u64,
+        without_z,
+        constraint_edges: core.edge_sources.chunk_by(|a, b| a.0 == b.0).count() as u64,
+        open_sides: Vec::new(),
+    };
+    if rules.has_regions {
+        // Where lines are put off, rings do not close yet; regions are found when all is there.
+        let has_rings = rules.has_holes && workspace.deferral.is_empty();
+        leaf.components = components(&core, &mut open_sides, has_rings).map_err(LeafError::OpenRing)?;
+        leaf.seeded = seeded(&core, input.cell, &leaf.components, &rules.seeds);
+        if leaf.components.count > 1 {
+            core.components.append(&mut leaf.components.of_triangles);
+        }
+    }
+    leaf.open_sides = open_sides;
+    workspace.core = core;
+    Ok(leaf)
+}
+
+/// The items that become vertices: one for each place, along a space-filling curve.
+fn kept_items(items: &[Item], attributes: &Attributes, rule: DuplicateRule) -> Vec<Item> {
+    match items {
         // More points at one place than a tile may have vertices: there need not be memory to sort them.
         [first, rest @ ..] if rest.iter().all(|item| { item.point } == { first.point }) => {
-            let best = rest.iter().fold(first, |best, item| {
+            let better = |best, item| {
                 if precedes(item, best, attributes, rule) {
                     item
                 } else {
                     best
                 }
-            });
-            vec![*best]
+            };
+            vec![*rest.iter().fold(first, better)]
         }
         _ => merge_duplicates(in_spatial_order(items), attributes, rule),
-    };
-    let mut core = std::mem::replace(&mut workspace.core, CoreDraft::empty());
+    }
+}
+
+/// Puts the vertices into an empty core. Returns how many of them have no z, and got 0.
+fn put_vertices(core: &mut CoreDraft, kept: &[Item], attributes: &Attributes) -> u64 {
     core.clear();
     core.points.extend(kept.iter().map(|item| item.point));
     core.records
@@ -128,9 +170,13 @@ pub(crate) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &L
         *z = 0.0;
         without_z += 1;
     }
-    put_sites(&mut core, items, attributes, rules);
-    let points = &core.points;
-    let (seam_vertices, unsettled) = workspace.run(points, cell, |_| true);
+    without_z
+}
+
+/// Triangulates the points and inserts the segments. The mesh is left in the workspace.
+fn triangulate(workspace: &mut Workspace, points: &[Point], input: LeafInput<'_>) -> Result<Seam, LeafError> {
+    let LeafInput { tile, cell, .. } = input;
+    let (vertices, unsettled) = workspace.run(points, cell, |_| true);
     workspace.side_bits.clear();
     workspace.edges.clear();
     let pending = if input.its.is_empty() {
@@ -138,59 +184,40 @@ pub(crate) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &L
     } else {
         constrain_leaf(workspace, points, input.segments, input.its, tile, cell == Rect::PLANE)?
     };
-    let seam_vertex = |index: u32| SeamVertex {
-        id: VertexId { tile, index },
-        point: points[index as usize],
-    };
-    let seam = Seam {
+    Ok(Seam {
         level: 1,
         below: points.len() as u64,
         unsettled,
         pending,
-        vertices: seam_vertices.into_iter().map(seam_vertex).collect(),
-    };
-    let bounds = Rect::around(points.iter().copied());
-    let mut open_sides = core_triangles(workspace, &mut core);
-    let elsewhere = take_edges(&mut core, &workspace.edges);
-    let edges = elsewhere.into_iter().map(|piece| DoneEdge {
-        ends: piece.ends.map(|index| SeamVertex {
-            id: VertexId { tile, index },
-            point: core.points[index as usize],
-        }),
-        source: piece.source,
-    });
-    let mut leaf = Leaf {
-        bounds,
-        edges: edges.collect(),
-        components: Components::default(),
-        seeded: Vec::new(),
-        seam,
-        duplicates: (items.len() - kept.len()) as u64,
-        ends: core.records.iter().filter(|&&record| record >= rule.first_end).count() as u64,
-        without_z,
-        constraint_edges: core.edge_sources.chunk_by(|a, b| a.0 == b.0).count() as u64,
-        open_sides: Vec::new(),
-    };
-    if rules.has_regions {
-        let mut components = Components::of(&core, &open_sides);
-        // Where lines are put off, rings do not close yet; regions are found when all is there.
-        if rules.has_holes && workspace.deferral.is_empty() {
-            components
-                .anchor(&core, &core.edge_sources)
-                .map_err(LeafError::OpenRing)?;
-        }
-        for side in &mut open_sides {
-            side.component = components.of_triangles[side.side.triangle() as usize];
-        }
-        leaf.seeded = seeded(&core, cell, &components, &rules.seeds);
-        if components.count > 1 {
-            core.components.append(&mut components.of_triangles);
-        }
-        leaf.components = components;
+        vertices: vertices
+            .into_iter()
+            .map(|index| seam_vertex(tile, points, index))
+            .collect(),
+    })
+}
+
+/// A vertex of a leaf for those who do not know its core.
+fn seam_vertex(tile: TileId, points: &[Point], index: u32) -> SeamVertex {
+    SeamVertex {
+        id: VertexId {
+            tile,
+            index: VertexIndex(index),
+        },
+        point: points[index as usize],
     }
-    leaf.open_sides = open_sides;
-    workspace.core = core;
-    Ok(leaf)
+}
+
+/// The components of a core, noted at its open sides too, and anchored if its rings are complete. The error is an obstacle
+/// whose ring does not close.
+fn components(core: &CoreDraft, open_sides: &mut [OpenSide], has_rings: bool) -> Result<Components, EdgeSource> {
+    let mut components = Components::of(core, open_sides);
+    if has_rings {
+        components.anchor(core, &core.edge_sources)?;
+    }
+    for side in open_sides {
+        side.component = components.of_triangles[side.side.triangle().index()];
+    }
+    Ok(components)
 }
 
 /// Puts all sites among the items into a core that has their vertices.
@@ -208,7 +235,7 @@ fn put_sites(core: &mut CoreDraft, items: &[Item], attributes: &Attributes, rule
     if sites.is_empty() {
         return;
     }
-    let index = VertexIndex::new(&core.points);
+    let index = PointTable::new(&core.points);
     let placed = sites.into_iter().filter_map(|(place, site)| {
         let (number, text) = match &rules.site_ids[site as usize] {
             SiteId::Number(number) => (*number, ""),
@@ -250,7 +277,7 @@ fn take_edges(core: &mut CoreDraft, pieces: &[Piece]) -> Vec<Piece> {
     let sides = core.neighbours.iter().zip(&core.constraints).zip(&core.triangles);
     for (((neighbours, bits), corners), triangle) in sides.zip(0u32..) {
         for (s, &twin) in neighbours.iter().enumerate().filter(|(s, _)| bits >> s & 1 == 1) {
-            let side = HalfEdge::new(triangle, s as u32);
+            let side = HalfEdge::new(TriangleId(triangle), s as u32);
             if twin.get().is_some_and(|twin| side < twin) {
                 let (from, to) = (corners[s], corners[(s + 1) % 3]);
                 within.push(([from.min(to), from.max(to)], side));
@@ -280,7 +307,7 @@ fn take_edges(core: &mut CoreDraft, pieces: &[Piece]) -> Vec<Piece> {
             _ => elsewhere.push(*piece),
         }
     }
-    let triangle = |&(side, _): &(u32, EdgeSource)| HalfEdge(side).triangle();
+    let triangle = |&(side, _): &(u32, EdgeSource)| HalfEdge(side).triangle().0;
     core.edge_sources = bucket_sort(&core.edge_sources, core.triangles.len(), triangle, |&both| both);
     elsewhere
 }
@@ -304,19 +331,19 @@ fn core_triangles(workspace: &Workspace, core: &mut CoreDraft) -> Vec<OpenSide> 
         }
         let corners = mesh.triangles[triangle as usize];
         let bits = workspace.side_bits.get(triangle as usize).copied().unwrap_or(0);
-        let sides = HalfEdge::of_triangle(triangle);
+        let sides = HalfEdge::of_triangle(TriangleId(triangle));
         let neighbours: [Option<HalfEdge>; 3] = sides.map(|side| {
             let twin = mesh.twin(side).half_edge()?;
-            match renumbered[twin.triangle() as usize] {
+            match renumbered[twin.triangle().index()] {
                 NONE => None,
-                other => Some(HalfEdge::new(other, twin.corner())),
+                other => Some(HalfEdge::new(TriangleId(other), twin.corner())),
             }
         });
         for (s, _) in neighbours.iter().enumerate().filter(|(_, twin)| twin.is_none()) {
             open_sides.push(OpenSide {
                 from: corners[s],
                 to: corners[(s + 1) % 3],
-                side: HalfEdge::new(core.triangles.len() as u32, s as u32),
+                side: HalfEdge::new(TriangleId(core.triangles.len() as u32), s as u32),
                 is_constraint: bits >> s & 1 == 1,
                 component: 0,
             });

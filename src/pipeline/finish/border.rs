@@ -123,7 +123,7 @@ fn link(mesh: &BorderMesh) -> (Vec<[Twin; 3]>, Vec<(u32, u32)>) {
     let mut neighbours = vec![[Twin::Hull; 3]; mesh.late.len()];
     let mut core_links = Vec::new();
     let mut set = |side: HalfEdge, twin: Twin| {
-        if let Some(late) = side.triangle().checked_sub(mesh.core_triangles) {
+        if let Some(late) = side.triangle().0.checked_sub(mesh.core_triangles) {
             neighbours[late as usize][side.corner() as usize] = twin;
         }
     };
@@ -132,7 +132,7 @@ fn link(mesh: &BorderMesh) -> (Vec<[Twin; 3]>, Vec<(u32, u32)>) {
             [one, other] => {
                 set(one.side, Twin::HalfEdge(other.side));
                 set(other.side, Twin::HalfEdge(one.side));
-                if one.side.triangle() < mesh.core_triangles {
+                if one.side.triangle().0 < mesh.core_triangles {
                     core_links.push((one.side.0, other.side.0));
                 }
             }

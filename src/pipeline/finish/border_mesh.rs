@@ -1,8 +1,8 @@
 //! What lies around the core of a tile: its late triangles and the open sides of its core, found side by side by their edges.
 
 use crate::collections::bucket_sort::bucket_sort;
-use crate::geometry::HalfEdge;
 use crate::geometry::Rect;
+use crate::geometry::{HalfEdge, TriangleId};
 use crate::mesh::WALLS;
 use crate::pipeline::output::border_log::GroupBorders;
 use crate::pipeline::records::{LateTriangle, OpenSide, SeamVertex, TileState};
@@ -139,7 +139,7 @@ impl BorderMesh {
         let mut sides = Vec::with_capacity(self.open_sides.len() + 3 * self.late.len());
         let open = self.open_sides.iter().zip(0..);
         sides.extend(open.map(|(open, place)| on(open.from, open.to, open.side, place)));
-        for (late, triangle) in self.late.iter().zip(self.core_triangles..) {
+        for (late, triangle) in self.late.iter().zip((self.core_triangles..).map(TriangleId)) {
             let [a, b, c] = late.corners;
             let [ab, bc, ca] = HalfEdge::of_triangle(triangle);
             sides.extend([(a, b, ab), (b, c, bc), (c, a, ca)].map(|(from, to, side)| on(from, to, side, 0)));
@@ -151,14 +151,14 @@ impl BorderMesh {
     /// The corner that a vertex is in the tile: its own, or one of a late triangle of it.
     pub(crate) fn corner(&self, id: VertexId) -> u32 {
         if id.tile == self.tile {
-            return id.index;
+            return id.index.0;
         }
         self.vertices + self.foreign.partition_point(|f| f.id < id) as u32
     }
 
     /// The late triangle of a side, if it is one's, and the side's place in it.
     fn late_of(&self, side: HalfEdge) -> Option<(&Late, usize)> {
-        let late = side.triangle().checked_sub(self.core_triangles)?;
+        let late = side.triangle().0.checked_sub(self.core_triangles)?;
         Some((&self.late[late as usize], side.corner() as usize))
     }
 

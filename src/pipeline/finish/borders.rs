@@ -238,7 +238,7 @@ fn find_regions(
     let (needed, budget) = (RegionFinder::BYTES * (late + open), conquest.memory.rest());
     let finder = RegionFinder::new(late, tiles, conquest.holes).filter(|_| needed <= budget);
     let Some(mut finder) = finder else {
-        return Err(conquest.memory.shortage_of_rest(MemoryUse::Regions, needed).into());
+        return Err(conquest.memory.shortage(MemoryUse::Regions, needed).into());
     };
     // The first groups need not be read again, as long as there is memory for them.
     let (mut kept_bytes, room) = (0, (budget - needed) / 2);

@@ -13,8 +13,8 @@ use std::ops::Range;
 use std::os::unix::fs::FileExt;
 use std::sync::Arc;
 
-use crate::geometry::HalfEdge;
 use crate::geometry::Point;
+use crate::geometry::{HalfEdge, VertexIndex};
 use crate::mesh::WALLS;
 use crate::pipeline::records::{Anchor, DoneEdge, GroupChunks, KINDS, LateTriangle, OpenSide, SeamVertex};
 use crate::store::{EdgeSource, Extent, TileId, VertexId};
@@ -41,7 +41,7 @@ impl LateTriangle {
             let bit = |at: u32, mark: u32| if self.side_bits >> at & 1 == 1 { mark } else { 0 };
             let mark = bit(side, CONSTRAINT) | bit(side + WALLS, WALL);
             bytes.extend_from_slice(&corner.id.tile.0.to_le_bytes());
-            bytes.extend_from_slice(&(corner.id.index | mark).to_le_bytes());
+            bytes.extend_from_slice(&(corner.id.index.0 | mark).to_le_bytes());
             bytes.extend_from_slice(&corner.point.x.to_le_bytes());
             bytes.extend_from_slice(&corner.point.y.to_le_bytes());
         }
@@ -60,7 +60,7 @@ impl LateTriangle {
             SeamVertex {
                 id: VertexId {
                     tile: TileId(id as u32),
-                    index: place & !(CONSTRAINT | WALL),
+                    index: VertexIndex(place & !(CONSTRAINT | WALL)),
                 },
                 point: Point::new(coordinate(0), coordinate(1)),
             }
@@ -172,7 +172,7 @@ impl BorderLog {
             }
             let group = self.group_of(first.id.tile.0);
             let buffer = &mut self.groups[group].buffers[EDGES];
-            for word in [first.id.tile.0, first.id.index, second.id.tile.0, second.id.index] {
+            for word in [first.id.tile.0, first.id.index.0, second.id.tile.0, second.id.index.0] {
                 buffer.extend_from_slice(&word.to_le_bytes());
             }
             buffer.extend_from_slice(&source.to_bits().to_le_bytes());
@@ -445,7 +445,7 @@ impl GroupBorders {
             let [tile, index, other_tile, other_index, low, high] = words(bytes);
             let id = |tile, index| VertexId {
                 tile: TileId(tile),
-                index,
+                index: VertexIndex(index),
             };
             let source = EdgeSource::from_bits(u64::from(high) << 32 | u64::from(low));
             ([id(tile, index), id(other_tile, other_index)], source)

@@ -13,7 +13,7 @@ use std::io::{Read, Write};
 use std::path::Path;
 use std::{fs, io};
 
-use crate::geometry::Point;
+use crate::geometry::{Point, VertexIndex};
 use crate::pipeline::error::BuildError;
 use crate::pipeline::plan::{Block, Plan, Run};
 use crate::pipeline::records::{BlockFound, Description, GroupChunks, Pending, Seam, SeamVertex, TileState};
@@ -174,7 +174,7 @@ pub(crate) fn encode(block: &FinishedBlock, seam: &Seam) -> Vec<u8> {
     out.u64(seam.below);
     out.list(&seam.vertices, |out, vertex| {
         out.u32(vertex.id.tile.0);
-        out.u32(vertex.id.index);
+        out.u32(vertex.id.index.0);
         out.f64(vertex.point.x);
         out.f64(vertex.point.y);
     });
@@ -210,7 +210,7 @@ fn decode(bytes: &[u8]) -> Option<(FinishedBlock, Seam)> {
     };
     let vertex = |from: &mut Decoder<'_>| {
         let tile = TileId(from.u32()?);
-        let index = from.u32()?;
+        let index = VertexIndex(from.u32()?);
         Some(SeamVertex {
             id: VertexId { tile, index },
             point: Point::new(from.f64()?, from.f64()?),

@@ -6,7 +6,7 @@
 
 use foldhash::HashMap;
 
-use crate::geometry::{HalfEdge, Orientation, Point, orient2d, segment_meets};
+use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d, segment_meets};
 use crate::mesh::Twin;
 use crate::query::answer::distance;
 use crate::query::request::{QueryError, Tiles, key};
@@ -142,7 +142,7 @@ impl Line {
     fn pass_triangle(
         self,
         tile: &Tile,
-        triangle: u32,
+        triangle: TriangleId,
         outside_is_free: bool,
         passed: &mut Passed,
         hull: &mut [f64; 2],

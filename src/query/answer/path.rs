@@ -61,13 +61,14 @@ pub enum PathOutcome {
 #[cfg(all(test, feature = "serde"))]
 mod tests {
     use super::*;
+    use crate::geometry::VertexIndex;
     use crate::store::{LineKind, TileId};
 
     #[test]
     fn a_path_serialises_with_what_it_bends_around() {
         let id = VertexId {
             tile: TileId(2),
-            index: 3,
+            index: VertexIndex(3),
         };
         let vertex = Vertex {
             id,

@@ -53,6 +53,35 @@ async fn path(asked: &mut Asked, method: Method, to: &Place) -> Result<Option<Re
     }
 }
 
+/// Puts a path to each site, as far as the options' limits allow: the sites from the first without one on are dropped, and the
+/// distance of that one is returned. `way_to` is how a site was reached.
+async fn put_paths<'a>(
+    asked: &mut Asked,
+    sites: &mut Vec<SiteFound>,
+    way_to: impl Fn(&SiteFound) -> Option<&'a Reached>,
+) -> Result<Option<f64>, QueryError> {
+    let certify = asked.options.certify;
+    let mut limit = None;
+    let mut count = 0;
+    for site in &mut *sites {
+        if let Some(reached) = way_to(site) {
+            let to = Place::at(site.vertex);
+            let ends = [&asked.source, &to];
+            match route::path(&mut asked.tiles, &reached.way, ends, reached.length, certify).await {
+                Err(QueryError::OutOfBudget { .. }) => {
+                    limit = Some(site.distance.lower);
+                    break;
+                }
+                path => site.path = Some(path?),
+            }
+        }
+        count += 1;
+    }
+    sites.truncate(count);
+    asked.clock.lap("paths");
+    Ok(limit)
+}
+
 impl TileReader {
     /// The `k` sites nearest to a point by walking distance, by any method, with what that cost. Of sites that are equally far away, as
     /// computed, the first by number.
@@ -110,15 +139,14 @@ impl TileReader {
         let mut sites = Vec::new();
         for reached in &reached {
             let candidate = &local.candidates[reached.candidate];
-            for (number, id) in &candidate.sites {
-                sites.push(SiteFound {
-                    number: *number,
-                    id: id.clone(),
-                    vertex: candidate.vertex,
-                    distance: Distance::of_legs(reached.length, reached.way.len() - 1),
-                    path: None,
-                });
-            }
+            let distance = Distance::of_legs(reached.length, reached.way.len() - 1);
+            sites.extend(candidate.sites.iter().map(|(number, id)| SiteFound {
+                number: *number,
+                id: id.clone(),
+                vertex: candidate.vertex,
+                distance,
+                path: None,
+            }));
         }
         sites.sort_by(|a, b| {
             let by_distance = a.distance.value.total_cmp(&b.distance.value);
@@ -126,27 +154,11 @@ impl TileReader {
         });
         sites.truncate(wanted.count());
         if options.paths {
-            let mut count = 0;
-            for site in &mut sites {
-                let reached = reached
-                    .iter()
-                    .find(|reached| local.candidates[reached.candidate].vertex == site.vertex);
-                if let Some(reached) = reached {
-                    let to = Place::at(site.vertex);
-                    let ends = [&asked.source, &to];
-                    let path = route::path(&mut asked.tiles, &reached.way, ends, reached.length, options.certify).await;
-                    match path {
-                        Err(QueryError::OutOfBudget { .. }) => {
-                            at_least = Some(site.distance.lower);
-                            break;
-                        }
-                        path => site.path = Some(path?),
-                    }
-                }
-                count += 1;
-            }
-            sites.truncate(count);
-            asked.clock.lap("paths");
+            let way_to = |site: &SiteFound| {
+                let mut reached = reached.iter();
+                reached.find(|reached| local.candidates[reached.candidate].vertex == site.vertex)
+            };
+            at_least = put_paths(&mut asked, &mut sites, way_to).await?.or(at_least);
         }
         Ok(Measured {
             answer: sites,

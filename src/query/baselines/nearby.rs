@@ -9,7 +9,7 @@ use std::sync::Arc;
 use foldhash::{HashSet, HashSetExt};
 
 use super::obstacles::ObstacleEdge;
-use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 use crate::mesh::Twin;
 use crate::query::answer::distance;
 use crate::query::free_space::{Ground, Place, Spot, Wedge, nearest_on};
@@ -199,7 +199,7 @@ impl Nearby {
     }
 
     /// Puts what belongs to a triangle in the queue.
-    fn take(&mut self, tile: &Tile, triangle: u32) {
+    fn take(&mut self, tile: &Tile, triangle: TriangleId) {
         for side in HalfEdge::of_triangle(triangle) {
             self.push_side(tile, side, Thing::Beyond(tile.id(), side));
             if let Center::Point(center) = self.center {
@@ -239,7 +239,7 @@ impl Nearby {
         let mut vertex = vertex;
         for _ in 0..=tiles.hull_edges() {
             let tile = self.tile(tiles, vertex.tile).await?;
-            if vertex.index >= tile.vertex_count() {
+            if !tile.has_vertex(vertex.index) {
                 return Err(tiles.damaged(vertex.tile, Contradiction::NoVertex(vertex.index)));
             }
             let ground = Ground::of(tiles, &tile);

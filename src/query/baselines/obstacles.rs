@@ -1,5 +1,6 @@
 //! Obstacle edges: the pieces of walls and of the boundaries of holes, as tiles have them.
 
+use crate::geometry::VertexIndex;
 use crate::query::free_space::{Ground, Wedge};
 use crate::query::request::Contradiction;
 use crate::store::{Vertex, VertexId};
@@ -23,7 +24,7 @@ impl ObstacleEdge {
 /// Takes all obstacle edges at a vertex of the tile.
 pub(super) fn edges_at(
     ground: Ground<'_>,
-    vertex: u32,
+    vertex: VertexIndex,
     mut take: impl FnMut(ObstacleEdge),
 ) -> Result<(), Contradiction> {
     let is_free = |wedge: Wedge| match wedge {

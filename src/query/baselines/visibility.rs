@@ -245,7 +245,7 @@ async fn corners(asked: &mut Asked) -> Result<Vec<Corner>, QueryError> {
             let mut ends = Vec::new();
             for id in edge {
                 let tile = asked.tiles.get(id.tile).await?;
-                if id.index >= tile.vertex_count() {
+                if !tile.has_vertex(id.index) {
                     return Err(asked.tiles.damaged(id.tile, Contradiction::NoVertex(id.index)));
                 }
                 ends.push(tile.vertex(id.index));

@@ -112,7 +112,7 @@ async fn add_boundary(asked: &mut Asked, local: &mut Local, edge: ObstacleEdge, 
             continue;
         }
         let tile = asked.tiles.get(vertex.id.tile).await?;
-        if vertex.id.index >= tile.vertex_count() {
+        if !tile.has_vertex(vertex.id.index) {
             let reason = Contradiction::NoVertex(vertex.id.index);
             return Err(asked.tiles.damaged(tile.id(), reason));
         }

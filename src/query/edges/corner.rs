@@ -1,6 +1,6 @@
 //! Triangles by their vertices, whether these are the file's or were put in.
 
-use crate::geometry::{HalfEdge, Point};
+use crate::geometry::{HalfEdge, Point, TriangleId, VertexIndex};
 use crate::store::{Tile, TileId, VertexId};
 
 /// A vertex of the file, or a point that was put in. It is as small as the number of a vertex, since the queue and the sets of
@@ -16,7 +16,7 @@ impl End {
     pub(crate) fn put_in(number: u32) -> Self {
         Self(VertexId {
             tile: Self::PUT_IN,
-            index: number,
+            index: VertexIndex(number),
         })
     }
 
@@ -28,7 +28,7 @@ impl End {
 
     /// The number under which it was put in, if it was.
     pub(crate) fn number(self) -> Option<u32> {
-        self.is_put_in().then_some(self.0.index)
+        self.is_put_in().then_some(self.0.index.0)
     }
 
     /// The vertex of the file, if it is one.
@@ -107,7 +107,7 @@ pub(crate) struct Face {
 
 impl Face {
     /// A triangle of the file.
-    pub(super) fn of(tile: &Tile, triangle: u32) -> Self {
+    pub(super) fn of(tile: &Tile, triangle: TriangleId) -> Self {
         let vertices = tile.vertices(triangle);
         let corner = |i: usize| Corner {
             vertex: vertices[i].id.into(),

@@ -8,7 +8,7 @@ use super::corner::{Corner, End, Within};
 use super::node::Node;
 use super::overlay::{Link, Overlay};
 use super::sector::{sector, wedge};
-use crate::geometry::Point;
+use crate::geometry::{Point, VertexIndex};
 use crate::query::answer::distance;
 use crate::query::free_space::{Ground, Mark, Wedge};
 use crate::query::request::Contradiction;
@@ -249,7 +249,12 @@ impl EdgeSearch {
     }
 
     /// All free sectors of the source, which is a vertex of the tile: one now, and the others by way of the queue.
-    fn settle_source(&mut self, ground: Ground<'_>, entry: &Entry, vertex: u32) -> Result<Option<u32>, Contradiction> {
+    fn settle_source(
+        &mut self,
+        ground: Ground<'_>,
+        entry: &Entry,
+        vertex: VertexIndex,
+    ) -> Result<Option<u32>, Contradiction> {
         let mut wedges = Vec::new();
         for wedge in ground.free_wedges(vertex)? {
             wedges.push((ground.point(ground.neighbours(vertex, wedge)?[0]), wedge));

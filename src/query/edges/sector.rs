@@ -1,11 +1,12 @@
 //! The sectors of vertices, by the vertices beside them.
 
 use super::corner::{End, Within};
+use crate::geometry::VertexIndex;
 use crate::query::free_space::{Ground, Wedge};
 use crate::query::request::Contradiction;
 
 /// The wedge of a vertex of the tile that is named by a vertex on its left.
-pub(crate) fn wedge(ground: Ground<'_>, vertex: u32, within: Within) -> Result<Wedge, Contradiction> {
+pub(crate) fn wedge(ground: Ground<'_>, vertex: VertexIndex, within: Within) -> Result<Wedge, Contradiction> {
     let wedge = match within {
         Within::Outside => Some(Wedge::Outside),
         Within::Sector(_) => None,
@@ -15,7 +16,11 @@ pub(crate) fn wedge(ground: Ground<'_>, vertex: u32, within: Within) -> Result<W
 }
 
 /// The name of the sector of a wedge, and its wedges from the right to the left.
-pub(crate) fn sector(ground: Ground<'_>, vertex: u32, wedge: Wedge) -> Result<(End, Vec<Wedge>), Contradiction> {
+pub(crate) fn sector(
+    ground: Ground<'_>,
+    vertex: VertexIndex,
+    wedge: Wedge,
+) -> Result<(End, Vec<Wedge>), Contradiction> {
     let (wedges, is_whole) = ground.sector(vertex, wedge)?;
     let name = if is_whole {
         vertex

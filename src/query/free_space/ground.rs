@@ -2,7 +2,7 @@
 //!
 //! Walls, and what separates free triangles from holes, *block*.
 
-use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, VertexIndex, orient2d};
 use crate::mesh::Twin;
 use crate::query::request::{Contradiction, Tiles};
 use crate::store::Tile;
@@ -37,12 +37,12 @@ impl<'t> Ground<'t> {
 
     /// Where a corner is.
     #[inline]
-    pub(crate) fn point(self, corner: u32) -> Point {
+    pub(crate) fn point(self, corner: VertexIndex) -> Point {
         self.tile.point(corner)
     }
 
     /// Whether a triangle is free.
-    pub(crate) fn is_free(self, triangle: u32) -> bool {
+    pub(crate) fn is_free(self, triangle: TriangleId) -> bool {
         !self.tile.is_hole(triangle)
     }
 

@@ -1,7 +1,7 @@
 //! What is true of each vertex of a tile, noted for all searches when the first one asks.
 
 use super::ground::Ground;
-use crate::geometry::{Orientation, Point, orient2d};
+use crate::geometry::{Orientation, Point, VertexIndex, orient2d};
 use crate::mesh::Twin;
 use crate::query::request::Contradiction;
 use crate::store::Marks;
@@ -38,8 +38,8 @@ impl<'t> Ground<'t> {
     /// What is true of a vertex, if the tile has one of this number. Where the tile contradicts itself, the star says so when it is
     /// walked round.
     #[inline]
-    pub(crate) fn mark(self, vertex: u32) -> Option<Mark> {
-        self.marks().of_vertices.get(vertex as usize).copied().map(Mark)
+    pub(crate) fn mark(self, vertex: VertexIndex) -> Option<Mark> {
+        self.marks().of_vertices.get(vertex.index()).copied().map(Mark)
     }
 
     /// Whether the tile has break lines.
@@ -54,9 +54,9 @@ impl<'t> Ground<'t> {
 
     /// Whether a straight way from a point to a vertex of the tile that turns may go on round what is beside it. It may not if both ends
     /// of the sector face the point.
-    pub(crate) fn can_turn(self, from: Point, vertex: u32) -> bool {
+    pub(crate) fn can_turn(self, from: Point, vertex: VertexIndex) -> bool {
         let marks = self.marks();
-        let Some(ends) = marks.ends.get(marks.place[vertex as usize] as usize) else {
+        let Some(ends) = marks.ends.get(marks.place[vertex.index()] as usize) else {
             return true;
         };
         let at = self.point(vertex);
@@ -66,10 +66,10 @@ impl<'t> Ground<'t> {
 
     fn find_marks(self) -> Marks {
         const TOUCHED: u8 = 128;
-        let vertices = self.tile.vertex_count();
-        let mut marks = vec![SINGLE; vertices as usize];
+        let vertices = self.tile.vertex_count() as usize;
+        let mut marks = vec![SINGLE; vertices];
         for site in self.tile.sites() {
-            marks[site.vertex as usize] |= SITE;
+            marks[site.vertex.index()] |= SITE;
         }
         let mut has_break_lines = false;
         for side in self.tile.constraint_half_edges() {
@@ -80,13 +80,13 @@ impl<'t> Ground<'t> {
                     Twin::Hull | Twin::Elsewhere => self.is_free(side.triangle()) != self.outside_is_free,
                 };
             let ends = [side, side.next()].map(|side| self.tile.origin(side));
-            for end in ends.into_iter().filter(|&end| is_blocked && end < vertices) {
-                marks[end as usize] |= TOUCHED;
+            for end in ends.into_iter().filter(|&end| is_blocked && self.tile.has_vertex(end)) {
+                marks[end.index()] |= TOUCHED;
             }
         }
         let mut ends = Vec::new();
-        let mut place = vec![u32::MAX; vertices as usize];
-        for (vertex, mark) in (0..).zip(&mut marks) {
+        let mut place = vec![u32::MAX; vertices];
+        for (vertex, mark) in self.tile.vertex_indices().zip(&mut marks) {
             if *mark & TOUCHED == 0 {
                 continue;
             }
@@ -96,7 +96,7 @@ impl<'t> Ground<'t> {
                     *mark |= if sectors == 1 { SINGLE } else { 0 };
                     if let Some(of_turning) = turning {
                         *mark |= TURNING;
-                        place[vertex as usize] = ends.len() as u32;
+                        place[vertex.index()] = ends.len() as u32;
                         ends.push(of_turning);
                     }
                 }
@@ -112,7 +112,7 @@ impl<'t> Ground<'t> {
     }
 
     /// How many free sectors a vertex has, and the neighbours at the right and left end of that in which it turns.
-    fn sectors(self, vertex: u32) -> Result<(u32, Option<[u32; 2]>), Contradiction> {
+    fn sectors(self, vertex: VertexIndex) -> Result<(u32, Option<[VertexIndex; 2]>), Contradiction> {
         let (mut sectors, mut turning) = (0, None);
         for wedge in self.free_wedges(vertex)? {
             if self.right_of(vertex, wedge)?.is_some() {

@@ -8,7 +8,7 @@ use foldhash::HashSet;
 use super::ground::Ground;
 use super::spot::Spot;
 use super::wedges::Wedge;
-use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 use crate::query::answer::distance;
 use crate::query::request::{Contradiction, QueryError, Tiles};
 use crate::store::{Tile, Vertex, VertexId};
@@ -64,7 +64,7 @@ impl Search {
     }
 
     /// What lies beyond the sides of a triangle.
-    fn push_sides(&mut self, tile: &Tile, triangle: u32) {
+    fn push_sides(&mut self, tile: &Tile, triangle: TriangleId) {
         for side in HalfEdge::of_triangle(triangle) {
             let [from, to] = tile.ends(side);
             self.push([to, from]);

@@ -18,7 +18,7 @@
 use std::sync::atomic::Ordering;
 
 use super::ground::{Beyond, Ground};
-use crate::geometry::{HalfEdge, Orientation, orient2d};
+use crate::geometry::{HalfEdge, Orientation, TriangleId, VertexIndex, orient2d};
 use crate::store::{Noted, NotedSide, NotedSides};
 
 /// What lies beyond a side, if it is no side: from here on, and [`NotedSide::NONE`].
@@ -100,12 +100,12 @@ impl<'t> Passages<'t> {
 
     /// The corner that a side starts at.
     #[inline]
-    pub(crate) fn corner(self, side: HalfEdge) -> u32 {
+    pub(crate) fn corner(self, side: HalfEdge) -> VertexIndex {
         let noted = &self.noted.of_sides[side.index()];
-        match noted.get(Noted::Corner) {
-            NotedSide::NONE => noted.note(Noted::Corner, self.ground.tile.origin(side)),
+        VertexIndex(match noted.get(Noted::Corner) {
+            NotedSide::NONE => noted.note(Noted::Corner, self.ground.tile.origin(side).0),
             corner => corner,
-        }
+        })
     }
 
     /// Finds out what lies beyond a side.
@@ -126,7 +126,7 @@ impl<'t> Passages<'t> {
         let [from, to] = [side, side.next()].map(|side| self.corner(side));
         let corners = HalfEdge::of_triangle(other.triangle()).map(|side| self.corner(side));
         let [to_there, from_there] = [other, other.next()].map(|side| corners[side.corner() as usize]);
-        let is_same = |a: u32, b: u32| a == b || self.ground.point(a) == self.ground.point(b);
+        let is_same = |a: VertexIndex, b: VertexIndex| a == b || self.ground.point(a) == self.ground.point(b);
         let [a, b, c] = corners.map(|corner| self.ground.point(corner));
         is_same(from, from_there) && is_same(to, to_there) && orient2d(a, b, c) == Orientation::CounterClockwise
     }
@@ -153,7 +153,7 @@ impl<'t> Passages<'t> {
     }
 
     /// A triangle, and those by which one comes to it if it is in a dead end, up to the first one that is not.
-    pub(crate) fn way_in(self, triangle: u32) -> Vec<u32> {
+    pub(crate) fn way_in(self, triangle: TriangleId) -> Vec<TriangleId> {
         let mut way = Vec::new();
         let mut triangle = triangle;
         for _ in 0..self.ground.tile.triangle_count() {
@@ -178,7 +178,7 @@ impl<'t> Passages<'t> {
     /// Takes away triangles that have one way out, and then those that have one way out without them, and so on.
     fn mark_dead_ends(self) {
         let is_site: Vec<bool> = self.ground.site_marks();
-        let ways = |triangle: u32| -> u8 {
+        let ways = |triangle: TriangleId| -> u8 {
             let sides = HalfEdge::of_triangle(triangle);
             // What is not a side of the tile, nor blocked, is a way out that stays.
             let count = sides.map(|side| match self.beyond(side) {
@@ -188,19 +188,21 @@ impl<'t> Passages<'t> {
             });
             count.into_iter().sum()
         };
-        let core = self.ground.tile.core_triangle_count();
-        let mut left: Vec<u8> = (0..core)
+        let core = self.ground.tile.core_triangle_count() as usize;
+        let core = self.ground.tile.triangle_ids().take(core);
+        let mut left: Vec<u8> = core
+            .clone()
             .map(|triangle| {
                 let mut corners = HalfEdge::of_triangle(triangle)
                     .into_iter()
                     .map(|side| self.corner(side));
-                let stays = !self.ground.is_free(triangle) || corners.any(|corner| is_site[corner as usize]);
+                let stays = !self.ground.is_free(triangle) || corners.any(|corner| is_site[corner.index()]);
                 if stays { u8::MAX } else { ways(triangle) }
             })
             .collect();
-        let mut ends: Vec<u32> = (0..core).filter(|&triangle| left[triangle as usize] <= 1).collect();
+        let mut ends: Vec<TriangleId> = core.filter(|triangle| left[triangle.index()] <= 1).collect();
         while let Some(triangle) = ends.pop() {
-            left[triangle as usize] = u8::MAX;
+            left[triangle.index()] = u8::MAX;
             let mut sides = HalfEdge::of_triangle(triangle).into_iter();
             let out = sides.find_map(|side| match self.beyond(side) {
                 Passage::Side(out) => Some(out),
@@ -211,7 +213,7 @@ impl<'t> Passages<'t> {
                 continue;
             }
             self.noted.of_sides[out.index()].set_bits(Noted::Beyond, DEAD_END);
-            if let Some(left) = left.get_mut(out.triangle() as usize).filter(|left| **left < u8::MAX) {
+            if let Some(left) = left.get_mut(out.triangle().index()).filter(|left| **left < u8::MAX) {
                 *left = left.saturating_sub(1);
                 if *left == 1 {
                     ends.push(out.triangle());
@@ -233,7 +235,7 @@ impl Ground<'_> {
     fn site_marks(self) -> Vec<bool> {
         let mut marks = vec![false; self.tile.vertex_count() as usize];
         for site in self.tile.sites() {
-            marks[site.vertex as usize] = true;
+            marks[site.vertex.index()] = true;
         }
         marks
     }

@@ -4,7 +4,7 @@ use super::ground::Ground;
 use super::nearest_free::nearest_free;
 use super::spot::Spot;
 use super::wedges::Wedge;
-use crate::geometry::Point;
+use crate::geometry::{Point, TriangleId};
 use crate::query::locating::{Location, TriangleRef, Walked};
 use crate::query::request::{QueryError, Tiles, target};
 use crate::store::{TileId, Vertex, VertexId};
@@ -21,7 +21,7 @@ pub(crate) struct Place {
     /// The corners of the free triangles that it lies in or on the edge of; none for a vertex.
     pub(crate) triangles: Vec<[Point; 3]>,
     /// The free triangles at the vertex or the edge that it is on, as far as they are known.
-    pub(crate) around: Vec<(TileId, u32)>,
+    pub(crate) around: Vec<(TileId, TriangleId)>,
 }
 
 impl Place {

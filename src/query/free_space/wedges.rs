@@ -19,7 +19,7 @@
 
 use super::ground::Ground;
 use super::passages::Passage;
-use crate::geometry::{HalfEdge, Orientation, orient2d};
+use crate::geometry::{HalfEdge, Orientation, VertexIndex, orient2d};
 use crate::mesh::{StarEnd, Topology};
 use crate::query::request::{Contradiction, side_towards};
 use crate::store::VertexId;
@@ -42,7 +42,7 @@ impl<'t> Ground<'t> {
     }
 
     /// The wedge beyond the left edge of a free one, if one may go there.
-    pub(crate) fn left_of(self, vertex: u32, wedge: Wedge) -> Result<Option<Wedge>, Contradiction> {
+    pub(crate) fn left_of(self, vertex: VertexIndex, wedge: Wedge) -> Result<Option<Wedge>, Contradiction> {
         let side = match wedge {
             Wedge::Triangle(side) => side.prev(),
             Wedge::Outside => {
@@ -55,7 +55,7 @@ impl<'t> Ground<'t> {
     }
 
     /// The wedge beyond the right edge of a free one, if one may go there.
-    pub(crate) fn right_of(self, vertex: u32, wedge: Wedge) -> Result<Option<Wedge>, Contradiction> {
+    pub(crate) fn right_of(self, vertex: VertexIndex, wedge: Wedge) -> Result<Option<Wedge>, Contradiction> {
         match wedge {
             Wedge::Triangle(side) => self.wedge_beyond(vertex, side, HalfEdge::next),
             Wedge::Outside => {
@@ -67,7 +67,12 @@ impl<'t> Ground<'t> {
     }
 
     /// The wedge beyond the left or the right edge of a free one, if one may go there.
-    pub(crate) fn beside(self, vertex: u32, wedge: Wedge, leftwards: bool) -> Result<Option<Wedge>, Contradiction> {
+    pub(crate) fn beside(
+        self,
+        vertex: VertexIndex,
+        wedge: Wedge,
+        leftwards: bool,
+    ) -> Result<Option<Wedge>, Contradiction> {
         if leftwards {
             self.left_of(vertex, wedge)
         } else {
@@ -79,7 +84,7 @@ impl<'t> Ground<'t> {
     #[inline]
     fn wedge_beyond(
         self,
-        vertex: u32,
+        vertex: VertexIndex,
         side: HalfEdge,
         leaving: impl FnOnce(HalfEdge) -> HalfEdge,
     ) -> Result<Option<Wedge>, Contradiction> {
@@ -92,7 +97,7 @@ impl<'t> Ground<'t> {
     }
 
     /// The neighbours of a vertex between which a wedge lies: that on its right, and that on its left.
-    pub(crate) fn neighbours(self, vertex: u32, wedge: Wedge) -> Result<[u32; 2], Contradiction> {
+    pub(crate) fn neighbours(self, vertex: VertexIndex, wedge: Wedge) -> Result<[VertexIndex; 2], Contradiction> {
         let (right, left) = match wedge {
             Wedge::Triangle(side) => (side.next(), side.prev()),
             Wedge::Outside => (self.last(vertex)?.prev(), self.first(vertex)?.next()),
@@ -101,7 +106,7 @@ impl<'t> Ground<'t> {
     }
 
     /// The side that leaves a hull vertex along the hull, with the hull's inside on its left.
-    pub(crate) fn first(self, vertex: u32) -> Result<HalfEdge, Contradiction> {
+    pub(crate) fn first(self, vertex: VertexIndex) -> Result<HalfEdge, Contradiction> {
         match self.tile.rewind(self.leaving(vertex)?).1 {
             StarEnd::Hull(first) => Ok(first),
             StarEnd::Elsewhere(_) => Err(Contradiction::IncompleteStar(vertex)),
@@ -110,7 +115,7 @@ impl<'t> Ground<'t> {
     }
 
     /// The side that leaves a hull vertex, of the triangle whose side before it comes in along the hull.
-    pub(crate) fn last(self, vertex: u32) -> Result<HalfEdge, Contradiction> {
+    pub(crate) fn last(self, vertex: VertexIndex) -> Result<HalfEdge, Contradiction> {
         let mut star = self.tile.star(self.leaving(vertex)?);
         star.by_ref().for_each(drop);
         match star.end() {
@@ -121,7 +126,7 @@ impl<'t> Ground<'t> {
     }
 
     /// The hull edge that leaves a hull vertex, or the one that comes in; the hull is on its left.
-    pub(crate) fn along_hull(self, vertex: u32, forward: bool) -> Result<HalfEdge, Contradiction> {
+    pub(crate) fn along_hull(self, vertex: VertexIndex, forward: bool) -> Result<HalfEdge, Contradiction> {
         if forward {
             self.first(vertex)
         } else {
@@ -129,8 +134,8 @@ impl<'t> Ground<'t> {
         }
     }
 
-    fn leaving(self, vertex: u32) -> Result<HalfEdge, Contradiction> {
-        if vertex >= self.tile.vertex_count() {
+    fn leaving(self, vertex: VertexIndex) -> Result<HalfEdge, Contradiction> {
+        if !self.tile.has_vertex(vertex) {
             return Err(Contradiction::NoVertex(vertex));
         }
         let side = self.tile.leaving(vertex);
@@ -138,14 +143,14 @@ impl<'t> Ground<'t> {
     }
 
     /// The wedges round a vertex of the tile that are free.
-    pub(crate) fn free_wedges(self, vertex: u32) -> Result<Vec<Wedge>, Contradiction> {
+    pub(crate) fn free_wedges(self, vertex: VertexIndex) -> Result<Vec<Wedge>, Contradiction> {
         let mut wedges = self.wedges(vertex)?;
         wedges.retain(|&wedge| self.is_free_wedge(wedge));
         Ok(wedges)
     }
 
     /// All wedges round a vertex of the tile, counter-clockwise.
-    pub(crate) fn wedges(self, vertex: u32) -> Result<Vec<Wedge>, Contradiction> {
+    pub(crate) fn wedges(self, vertex: VertexIndex) -> Result<Vec<Wedge>, Contradiction> {
         let start = self.leaving(vertex)?;
         let mut star = self.tile.star(start);
         let mut wedges: Vec<Wedge> = star.by_ref().map(Wedge::Triangle).collect();
@@ -163,13 +168,13 @@ impl<'t> Ground<'t> {
     }
 
     /// The wedge on the right of the edge to another vertex; `None` if that is the outside.
-    pub(crate) fn right_of_edge(self, vertex: u32, to: VertexId) -> Result<Option<Wedge>, Contradiction> {
+    pub(crate) fn right_of_edge(self, vertex: VertexIndex, to: VertexId) -> Result<Option<Wedge>, Contradiction> {
         let back = side_towards(self.tile, vertex, to)?;
         Ok(back.map(|back| Wedge::Triangle(back.next())))
     }
 
     /// The wedges of the sector of a wedge, from the right to the left, and whether nothing blocks anywhere round the vertex.
-    pub(crate) fn sector(self, vertex: u32, wedge: Wedge) -> Result<(Vec<Wedge>, bool), Contradiction> {
+    pub(crate) fn sector(self, vertex: VertexIndex, wedge: Wedge) -> Result<(Vec<Wedge>, bool), Contradiction> {
         let mut first = wedge;
         let mut is_whole = false;
         for _ in 0..=self.tile.triangle_count() {
@@ -193,7 +198,7 @@ impl<'t> Ground<'t> {
 
     /// Whether a path may have to bend in the sector of a wedge: it is wider than a half-turn, or holds the outside,
     /// along whose edges one walks from vertex to vertex. A sector that nothing blocks does not count.
-    pub(crate) fn sector_turns(self, vertex: u32, wedge: Wedge) -> Result<bool, Contradiction> {
+    pub(crate) fn sector_turns(self, vertex: VertexIndex, wedge: Wedge) -> Result<bool, Contradiction> {
         let mut start = wedge;
         for _ in 0..=self.tile.triangle_count() {
             match self.right_of(vertex, start)? {
@@ -206,7 +211,7 @@ impl<'t> Ground<'t> {
     }
 
     /// The same for the rightmost wedge of a sector.
-    pub(super) fn turns_from(self, vertex: u32, start: Wedge) -> Result<bool, Contradiction> {
+    pub(super) fn turns_from(self, vertex: VertexIndex, start: Wedge) -> Result<bool, Contradiction> {
         let at = self.point(vertex);
         let from = self.neighbours(vertex, start)?[0];
         let from_point = self.point(from);
@@ -226,7 +231,7 @@ impl<'t> Ground<'t> {
     }
 
     /// The rightmost wedge of the sector in which paths bend round a vertex, if there is one.
-    pub(crate) fn turning_sector(self, vertex: u32) -> Result<Option<Wedge>, Contradiction> {
+    pub(crate) fn turning_sector(self, vertex: VertexIndex) -> Result<Option<Wedge>, Contradiction> {
         for wedge in self.free_wedges(vertex)? {
             if self.right_of(vertex, wedge)?.is_none() && self.turns_from(vertex, wedge)? {
                 return Ok(Some(wedge));
@@ -236,7 +241,12 @@ impl<'t> Ground<'t> {
     }
 
     /// The last wedge of a sector, from one of its wedges on leftwards or rightwards.
-    pub(crate) fn end_of_sector(self, vertex: u32, wedge: Wedge, leftwards: bool) -> Result<Wedge, Contradiction> {
+    pub(crate) fn end_of_sector(
+        self,
+        vertex: VertexIndex,
+        wedge: Wedge,
+        leftwards: bool,
+    ) -> Result<Wedge, Contradiction> {
         let mut wedge = wedge;
         for _ in 0..=self.tile.triangle_count() {
             match self.beside(vertex, wedge, leftwards)? {

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use super::pull::Portal;
 use crate::geometry::Orientation::{Clockwise, Collinear, CounterClockwise};
-use crate::geometry::{HalfEdge, Point, orient2d};
+use crate::geometry::{HalfEdge, Point, TriangleId, VertexIndex, orient2d};
 use crate::query::answer::WayPoint;
 use crate::query::edges::{Node, Within, sector, wedge};
 use crate::query::free_space::{Beyond, Ground, Wedge};
@@ -181,7 +181,7 @@ async fn straight(
     let from = tile.point(tile.origin(side));
     let (mut tile, mut exit) = (tile, side.next());
     let mut portals = Vec::new();
-    let is_in = |tile: &Tile, triangle: u32| {
+    let is_in = |tile: &Tile, triangle: TriangleId| {
         let corners = tile.triangle_points(triangle);
         (0..3).all(|s| orient2d(corners[s], corners[(s + 1) % 3], to) != Clockwise)
     };
@@ -240,7 +240,7 @@ async fn leaving(
 }
 
 /// The wedge of a vertex that has another one on its right.
-fn right_at(ground: Ground<'_>, vertex: u32, right: VertexId) -> Result<Option<Wedge>, Contradiction> {
+fn right_at(ground: Ground<'_>, vertex: VertexIndex, right: VertexId) -> Result<Option<Wedge>, Contradiction> {
     for wedge in ground.free_wedges(vertex)? {
         if ground.tile.vertex(ground.neighbours(vertex, wedge)?[0]).id == right {
             return Ok(Some(wedge));
@@ -320,7 +320,7 @@ impl Piece {
             return Ok(None);
         };
         let tile = tiles.get(vertex.tile).await?;
-        if vertex.index >= tile.vertex_count() {
+        if !tile.has_vertex(vertex.index) {
             return Err(tiles.damaged(vertex.tile, Contradiction::NoVertex(vertex.index)));
         }
         let ground = Ground::of(tiles, &tile);
@@ -345,7 +345,12 @@ impl Piece {
 }
 
 /// The free wedge of a vertex on the right or on the left of the edge to another one.
-fn beside(ground: Ground<'_>, vertex: u32, end: VertexId, on_right: bool) -> Result<Option<Wedge>, Contradiction> {
+fn beside(
+    ground: Ground<'_>,
+    vertex: VertexIndex,
+    end: VertexId,
+    on_right: bool,
+) -> Result<Option<Wedge>, Contradiction> {
     if !on_right {
         return right_at(ground, vertex, end);
     }

@@ -35,9 +35,7 @@ impl TileReader {
 
     /// The z of the triangulation at a point: on the plane through the corners of its triangle. `None` outside, and if the file has no z.
     ///
-    /// Corners that other tiles own are read there; where all belong to one tile, [`TriangleRef::z_at`] comes to the same.
-    ///
-    /// [`TriangleRef::z_at`]: crate::query::TriangleRef::z_at
+    /// Reads the tiles that own the corners.
     ///
     /// # Errors
     /// As [`locate`](Self::locate).
@@ -68,25 +66,34 @@ impl TileReader {
     /// # }
     /// ```
     pub async fn z_at(&self, x: f64, y: f64) -> Result<Option<f64>, ReadError> {
-        let mut triangle = match self.locate(x, y).await? {
-            Location::InTriangle(triangle) | Location::OnEdge { triangle, .. } => triangle,
+        let vertices = match self.locate(x, y).await? {
+            Location::InTriangle(triangle) | Location::OnEdge { triangle, .. } => triangle.vertices,
             Location::OnVertex(vertex) => return self.z_of(vertex.id).await,
             Location::Outside => return Ok(None),
         };
-        if self.directory().metadata.has_z {
-            for (z, vertex) in triangle.z.iter_mut().zip(triangle.vertices) {
-                if z.is_none() {
-                    *z = self.z_of(vertex.id).await?;
-                }
+        let mut corners = [0.0; 3];
+        for (z, vertex) in corners.iter_mut().zip(vertices) {
+            match self.z_of(vertex.id).await? {
+                Some(found) => *z = found,
+                None => return Ok(None),
             }
         }
-        Ok(triangle.z_at(Point::new(x, y)))
+        let point = Point::new(x, y);
+        let [a, b, c] = vertices.map(|vertex| vertex.point);
+        let doubled = |p: Point, q: Point, r: Point| (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x);
+        let whole = doubled(a, b, c);
+        let [of_b, of_c] = [doubled(a, point, c) / whole, doubled(a, b, point) / whole];
+        let [za, zb, zc] = corners;
+        Ok(Some(za + of_b * (zb - za) + of_c * (zc - za)))
     }
 
-    /// The z of a vertex that a tile names.
-    async fn z_of(&self, vertex: VertexId) -> Result<Option<f64>, ReadError> {
+    /// The z of a vertex, which is read from the tile that owns it. `None` if the file has no z. [`z_at`](Self::z_at) has an example.
+    ///
+    /// # Errors
+    /// If the tile cannot be read, or has no such vertex.
+    pub async fn z_of(&self, vertex: VertexId) -> Result<Option<f64>, ReadError> {
         let tile = self.tile(vertex.tile).await?;
-        if vertex.index >= tile.vertex_count() {
+        if !tile.has_vertex(vertex.index) {
             let contradiction = Contradiction::NoVertex(vertex.index);
             return Err(self.damaged(vertex.tile, contradiction.to_string()));
         }

@@ -64,7 +64,7 @@ impl Locate {
                 Start::There(location) => return Ok(Step::Done(location.into())),
             },
             Some((from, to)) => {
-                if to.index >= tile.vertex_count() {
+                if !tile.has_vertex(to.index) {
                     return Err(Contradiction::NoVertex(to.index));
                 }
                 match side_towards(tile, to.index, from)? {
@@ -99,13 +99,16 @@ impl Locate {
             dx * dx + dy * dy
         };
         // The nearest of a few; their vertices are in Morton order, so these are spread evenly.
-        let sample = (0..tile.vertex_count()).step_by(apart(tile.vertex_count()));
+        let sample = tile.vertex_indices().step_by(apart(tile.vertex_count()));
         let nearest = sample.min_by(|&p, &q| square(tile.point(p)).total_cmp(&square(tile.point(q))));
         if let Some(side) = nearest.and_then(|vertex| tile.leaving(vertex)) {
             return Start::From(side);
         }
         // Without triangles there is nothing but vertices.
-        let here = tile.points().zip(0..).find(|(point, _)| *point == target);
+        let here = tile
+            .points()
+            .zip(tile.vertex_indices())
+            .find(|(point, _)| *point == target);
         Start::There(here.map_or(Location::Outside, |(_, vertex)| Location::OnVertex(tile.vertex(vertex))))
     }
 }

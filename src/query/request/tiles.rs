@@ -163,7 +163,7 @@ impl Tiles {
         to: VertexId,
     ) -> Result<Option<(Arc<Tile>, HalfEdge)>, QueryError> {
         let tile = self.get(to.tile).await?;
-        if to.index >= tile.vertex_count() {
+        if !tile.has_vertex(to.index) {
             return Err(self.damaged(to.tile, Contradiction::NoVertex(to.index)));
         }
         let side = self.checked(to.tile, side_towards(&tile, to.index, from))?;

@@ -1,7 +1,7 @@
 //! A path as it is told: its points, and what it bends around.
 
 use super::certify::certify;
-use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, VertexIndex, orient2d};
 use crate::query::answer::{Bend, Distance, Path, WayPoint};
 use crate::query::free_space::{Ground, Place, Wedge};
 use crate::query::request::{Contradiction, QueryError, Tiles, side_towards};
@@ -111,7 +111,7 @@ async fn bend(
 }
 
 /// The side of a vertex's tile, from or to the vertex, at the left or right end of the sector in which paths turn there, if there is one.
-fn bound(ground: Ground<'_>, vertex: u32, on_left: bool) -> Result<Option<HalfEdge>, Contradiction> {
+fn bound(ground: Ground<'_>, vertex: VertexIndex, on_left: bool) -> Result<Option<HalfEdge>, Contradiction> {
     let Some(wedge) = ground.turning_sector(vertex)? else {
         return Ok(None);
     };

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use crate::geometry::Orientation::{Clockwise, Collinear, CounterClockwise};
-use crate::geometry::{HalfEdge, Point, orient2d};
+use crate::geometry::{HalfEdge, Point, TriangleId, orient2d};
 use crate::query::answer::WayPoint;
 use crate::query::free_space::{Beyond, Ground, Place, Spot, Wedge};
 use crate::query::request::{Contradiction, QueryError, Tiles};
@@ -118,7 +118,7 @@ impl Leg<'_> {
     }
 
     /// Starts in a closed triangle.
-    async fn start_in(&mut self, tile: Arc<Tile>, triangle: u32) -> Result<(), QueryError> {
+    async fn start_in(&mut self, tile: Arc<Tile>, triangle: TriangleId) -> Result<(), QueryError> {
         if self.arrives_in(&tile, triangle) {
             return Ok(());
         }
@@ -195,7 +195,7 @@ impl Leg<'_> {
     /// All wedges of the sector of a wedge.
     fn sector(&self, tile: &Tile, corner: Corner) -> Result<Vec<Wedge>, Contradiction> {
         let (ground, vertex) = (self.ground(tile), corner.vertex.index);
-        if vertex >= tile.vertex_count() {
+        if !tile.has_vertex(vertex) {
             return Err(Contradiction::NoVertex(vertex));
         }
         let start = match corner.left {
@@ -243,7 +243,7 @@ impl Leg<'_> {
     }
 
     /// Whether the leg ends in a closed triangle that it has come to.
-    fn arrives_in(&mut self, tile: &Tile, triangle: u32) -> bool {
+    fn arrives_in(&mut self, tile: &Tile, triangle: TriangleId) -> bool {
         let corners = tile.triangle_points(triangle);
         if (0..3).any(|s| orient2d(corners[s], corners[(s + 1) % 3], self.to) == Clockwise) {
             return false;

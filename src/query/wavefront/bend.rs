@@ -6,7 +6,7 @@ use super::parts::{Shape, Side};
 use super::roots::{Root, TIE};
 use super::task::Via;
 use super::wave::Wave;
-use crate::geometry::{Orientation, Point, orient2d};
+use crate::geometry::{Orientation, Point, VertexIndex, orient2d};
 use crate::query::free_space::{Ground, Wedge};
 use crate::query::request::Contradiction;
 
@@ -15,7 +15,7 @@ impl Wave {
     pub(super) fn reach(
         &mut self,
         ground: Ground<'_>,
-        vertex: u32,
+        vertex: VertexIndex,
         point: Point,
         before: u32,
         length: f64,
@@ -73,7 +73,7 @@ impl Wave {
         &mut self,
         ground: Ground<'_>,
         root: u32,
-        vertex: u32,
+        vertex: VertexIndex,
         from: Point,
         start: Wedge,
         leftwards: bool,
@@ -129,8 +129,8 @@ impl Wave {
         &mut self,
         ground: Ground<'_>,
         root: u32,
-        vertex: u32,
-        only: Option<u32>,
+        vertex: VertexIndex,
+        only: Option<VertexIndex>,
     ) -> Result<(), Contradiction> {
         let ends = ground.neighbours(vertex, Wedge::Outside)?;
         for end in ends.into_iter().filter(|&end| only.is_none_or(|only| only == end)) {

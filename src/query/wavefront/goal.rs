@@ -1,6 +1,6 @@
 //! What the wave looks for.
 
-use crate::geometry::{Orientation, Point, orient2d};
+use crate::geometry::{Orientation, Point, TriangleId, orient2d};
 use crate::query::free_space::{Place, Spot};
 use crate::store::TileId;
 
@@ -28,7 +28,7 @@ pub(crate) struct Places {
     /// Places outside the hull or on its edge.
     pub(crate) outside: Vec<u32>,
     /// Free triangles round places, in order.
-    around: Vec<(TileId, u32)>,
+    around: Vec<(TileId, TriangleId)>,
 }
 
 /// Numbers that may be in a set.
@@ -119,7 +119,7 @@ impl Places {
     }
 
     /// The free triangles of a tile in or at which places lie.
-    pub(crate) fn triangles_in(&self, tile: TileId) -> impl Iterator<Item = u32> {
+    pub(crate) fn triangles_in(&self, tile: TileId) -> impl Iterator<Item = TriangleId> {
         let first = self.around.partition_point(|around| around.0 < tile);
         let here = self.around[first..].iter().take_while(move |around| around.0 == tile);
         here.map(|around| around.1)

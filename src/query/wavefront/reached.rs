@@ -13,6 +13,7 @@
 
 use super::cone::Crossing;
 use super::roots::TIE;
+use crate::geometry::{TriangleId, VertexIndex};
 use crate::query::answer::distance;
 use crate::query::free_space::Ground;
 
@@ -28,16 +29,16 @@ pub(crate) struct Reached {
     lengths: Vec<f64>,
     /// Triangles in dead ends by which one comes to goals, in order; none if it was not known where dead ends begin when the wave came here.
     /// It need not heed what was found out later.
-    awake: Option<Vec<u32>>,
+    awake: Option<Vec<TriangleId>>,
 }
 
 impl Reached {
     /// Nothing yet, of a tile in or at whose triangles goals lie.
-    pub(crate) fn new(ground: Ground<'_>, goals: impl Iterator<Item = u32>) -> Self {
+    pub(crate) fn new(ground: Ground<'_>, goals: impl Iterator<Item = TriangleId>) -> Self {
         let (tile, passages) = (ground.tile, ground.passages());
-        let goals = goals.filter(|&triangle| triangle < tile.triangle_count());
+        let goals = goals.filter(|&triangle| triangle.0 < tile.triangle_count());
         let awake = passages.come().then(|| {
-            let mut awake: Vec<u32> = goals.flat_map(|triangle| passages.way_in(triangle)).collect();
+            let mut awake: Vec<TriangleId> = goals.flat_map(|triangle| passages.way_in(triangle)).collect();
             awake.sort_unstable();
             awake
         });
@@ -49,7 +50,7 @@ impl Reached {
     }
 
     /// Whether a goal may lie in a dead end that begins with this triangle.
-    pub(crate) fn may_enter(&self, triangle: u32) -> bool {
+    pub(crate) fn may_enter(&self, triangle: TriangleId) -> bool {
         self.awake
             .as_ref()
             .is_none_or(|awake| awake.binary_search(&triangle).is_ok())
@@ -57,26 +58,26 @@ impl Reached {
 
     /// How far a corner is at most.
     #[inline]
-    fn known(&self, corner: u32) -> f64 {
-        let page = self.pages[corner as usize / PAGE];
-        self.lengths[page as usize * PAGE + corner as usize % PAGE]
+    fn known(&self, corner: VertexIndex) -> f64 {
+        let page = self.pages[corner.index() / PAGE];
+        self.lengths[page as usize * PAGE + corner.index() % PAGE]
     }
 
     /// Whether a vertex is known to be nearer than this.
     #[inline]
-    pub(crate) fn is_nearer(&self, vertex: u32, length: f64) -> bool {
+    pub(crate) fn is_nearer(&self, vertex: VertexIndex, length: f64) -> bool {
         length > self.known(vertex) * TIE
     }
 
     /// A vertex of the tile with one free sector is no farther away than this: whether it was not known to be nearer.
     #[inline]
-    pub(crate) fn reach(&mut self, vertex: u32, length: f64) -> bool {
-        let page = &mut self.pages[vertex as usize / PAGE];
+    pub(crate) fn reach(&mut self, vertex: VertexIndex, length: f64) -> bool {
+        let page = &mut self.pages[vertex.index() / PAGE];
         if *page == 0 {
             *page = (self.lengths.len() / PAGE) as u32;
             self.lengths.resize(self.lengths.len() + PAGE, f64::INFINITY);
         }
-        let known = &mut self.lengths[*page as usize * PAGE + vertex as usize % PAGE];
+        let known = &mut self.lengths[*page as usize * PAGE + vertex.index() % PAGE];
         if length > *known * TIE {
             return false;
         }
@@ -87,7 +88,7 @@ impl Reached {
     /// Whether a way of such a length to the root and through the crossing is longer, wherever it crosses the side, than one by an end of the side;
     /// ends as seen on the right and on the left.
     #[inline]
-    pub(crate) fn beats(&self, length: f64, crossing: &Crossing, corners: [u32; 2]) -> bool {
+    pub(crate) fn beats(&self, length: f64, crossing: &Crossing, corners: [VertexIndex; 2]) -> bool {
         let [right, left] = corners.map(|corner| self.known(corner));
         let is_longer = |known: f64, far: usize, end: usize| {
             let by_end = known + distance(crossing.rays[far], crossing.ends[end]);

@@ -7,14 +7,14 @@ use super::parts::{Shape, Side};
 use super::roots::TIE;
 use super::task::{Task, Via};
 use super::wave::Wave;
-use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, VertexIndex, orient2d};
 use crate::query::answer::distance;
 use crate::query::free_space::{Ground, Mark};
 
 impl Wave {
     /// A vertex is seen from a root by way of the triangle of a side that leaves it.
-    pub(super) fn see_by(&mut self, ground: Ground<'_>, root: u32, corner: u32, side: HalfEdge) {
-        let via = if corner < ground.tile.vertex_count() {
+    pub(super) fn see_by(&mut self, ground: Ground<'_>, root: u32, corner: VertexIndex, side: HalfEdge) {
+        let via = if ground.tile.has_vertex(corner) {
             Via::Side(side)
         } else {
             Via::RightOf(ground.tile.vertex(ground.tile.origin(side.prev())).id)
@@ -23,7 +23,7 @@ impl Wave {
     }
 
     /// A vertex is seen from a root.
-    pub(super) fn see(&mut self, ground: Ground<'_>, root: u32, corner: u32, via: Via) {
+    pub(super) fn see(&mut self, ground: Ground<'_>, root: u32, corner: VertexIndex, via: Via) {
         let from = self.roots[root as usize];
         let point = ground.point(corner);
         if point == from.point {
@@ -112,7 +112,7 @@ impl Wave {
     }
 
     /// The places in a closed triangle that a root sees whole.
-    pub(super) fn see_places_in(&mut self, ground: Ground<'_>, root: u32, triangle: u32) {
+    pub(super) fn see_places_in(&mut self, ground: Ground<'_>, root: u32, triangle: TriangleId) {
         if self.parts.is_some() {
             let corners = ground.tile.triangle_points(triangle);
             self.keep(root, Shape::Triangle { corners, between: None });
@@ -145,7 +145,7 @@ impl Wave {
     }
 
     /// A vertex of the file was reached: tells of it, once.
-    pub(super) fn tell_vertex(&mut self, ground: Ground<'_>, index: u32, length: f64, root: u32) {
+    pub(super) fn tell_vertex(&mut self, ground: Ground<'_>, index: VertexIndex, length: f64, root: u32) {
         let vertex = ground.tile.vertex(index);
         match self.goal {
             Goal::Sites => {
@@ -159,7 +159,7 @@ impl Wave {
                 }
             }
             Goal::Vertices => {
-                let number = u64::from(vertex.id.tile.0) << 32 | u64::from(index);
+                let number = u64::from(vertex.id.tile.0) << 32 | u64::from(index.0);
                 self.tell(What::Vertex(vertex), number, length, root);
             }
             Goal::Places(_) => {}

@@ -6,7 +6,7 @@ use super::parts::Shape;
 use super::task::{Task, seam_between};
 use super::waiting::Ahead;
 use super::wave::Wave;
-use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, VertexIndex, orient2d};
 use crate::query::free_space::{Ground, Passage, Passages};
 use crate::query::request::{Contradiction, side_towards};
 use crate::store::VertexId;
@@ -19,13 +19,18 @@ const TRUST: u32 = 8;
 #[derive(Clone, Copy)]
 struct Door {
     side: HalfEdge,
-    right: (u32, Point),
-    left: (u32, Point),
+    right: (VertexIndex, Point),
+    left: (VertexIndex, Point),
 }
 
 /// The sides by which a cone leaves the triangle of the side by which it came: that on its right, and that on its left.
 #[inline]
-fn doors(entered: HalfEdge, right: (u32, Point), left: (u32, Point), apex: (u32, Point)) -> [Door; 2] {
+fn doors(
+    entered: HalfEdge,
+    right: (VertexIndex, Point),
+    left: (VertexIndex, Point),
+    apex: (VertexIndex, Point),
+) -> [Door; 2] {
     let [to_right, to_left] = [(entered.next(), right, apex), (entered.prev(), apex, left)];
     [to_right, to_left].map(|(side, right, left)| Door { side, right, left })
 }
@@ -51,13 +56,13 @@ impl Wave {
     pub(super) fn enter(
         &mut self,
         ground: Ground<'_>,
-        vertex: u32,
+        vertex: VertexIndex,
         from: VertexId,
         root: u32,
         cone: Cone,
         seam: u64,
     ) -> Result<(), Contradiction> {
-        if vertex >= ground.tile.vertex_count() {
+        if !ground.tile.has_vertex(vertex) {
             return Err(Contradiction::NoVertex(vertex));
         }
         match side_towards(ground.tile, vertex, from)? {

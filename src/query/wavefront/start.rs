@@ -10,7 +10,7 @@ use super::roots::{Root, SeenVertices};
 use super::task::{Task, Via};
 use super::waiting::Waiting;
 use super::wave::{PAUSE, Wave};
-use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, VertexIndex, orient2d};
 use crate::query::free_space::{Ground, Place, Spot, Wedge};
 use crate::query::locating::TriangleRef;
 use crate::query::request::{Contradiction, side_towards};
@@ -102,7 +102,7 @@ impl Wave {
     }
 
     /// The source lies in a closed triangle.
-    pub(super) fn start_in(&mut self, ground: Ground<'_>, triangle: u32) -> Result<(), Contradiction> {
+    pub(super) fn start_in(&mut self, ground: Ground<'_>, triangle: TriangleId) -> Result<(), Contradiction> {
         if ground.is_free(triangle) {
             self.spread_in(ground, 0, triangle)?;
         }
@@ -110,7 +110,12 @@ impl Wave {
     }
 
     /// The source lies on an edge from one vertex to another one, of the tile.
-    pub(super) fn start_on_edge(&mut self, ground: Ground<'_>, to: u32, from: VertexId) -> Result<(), Contradiction> {
+    pub(super) fn start_on_edge(
+        &mut self,
+        ground: Ground<'_>,
+        to: VertexIndex,
+        from: VertexId,
+    ) -> Result<(), Contradiction> {
         if let Some(side) = side_towards(ground.tile, to, from)? {
             return self.start_in(ground, side.triangle());
         }
@@ -129,7 +134,7 @@ impl Wave {
     }
 
     /// The source is a vertex.
-    pub(crate) fn start_at(&mut self, ground: Ground<'_>, vertex: u32) -> Result<(), Contradiction> {
+    pub(crate) fn start_at(&mut self, ground: Ground<'_>, vertex: VertexIndex) -> Result<(), Contradiction> {
         let mark = ground.mark(vertex).ok_or(Contradiction::NoVertex(vertex))?;
         self.seen.entry(ground.tile.vertex(vertex).id).or_default().limit = 0.0;
         if mark.is_single() {
@@ -146,7 +151,12 @@ impl Wave {
     }
 
     /// All that a root sees that lies in a closed triangle or at its corner.
-    pub(super) fn spread_in(&mut self, ground: Ground<'_>, root: u32, triangle: u32) -> Result<(), Contradiction> {
+    pub(super) fn spread_in(
+        &mut self,
+        ground: Ground<'_>,
+        root: u32,
+        triangle: TriangleId,
+    ) -> Result<(), Contradiction> {
         let at = self.roots[root as usize].point;
         self.see_places_in(ground, root, triangle);
         for side in HalfEdge::of_triangle(triangle) {
@@ -165,11 +175,11 @@ impl Wave {
     pub(super) fn start_on_hull(
         &mut self,
         ground: Ground<'_>,
-        vertex: u32,
+        vertex: VertexIndex,
         forward: bool,
         before: Option<[Point; 2]>,
     ) -> Result<(), Contradiction> {
-        if vertex >= ground.tile.vertex_count() {
+        if !ground.tile.has_vertex(vertex) {
             return Err(Contradiction::NoVertex(vertex));
         }
         self.pause = self.pause.saturating_sub(1);

@@ -2,7 +2,7 @@
 
 use std::hash::BuildHasher;
 
-use crate::geometry::{HalfEdge, Point};
+use crate::geometry::{HalfEdge, Point, TriangleId, VertexIndex};
 use crate::store::{TileId, VertexId};
 
 /// A thing to do, in a tile that the queue knows.
@@ -20,7 +20,7 @@ pub(super) enum Task {
     /// The same, from another tile: by the side that comes from vertex `from` to `vertex` of the tile.
     /// `seam` is [`seam_between`] its ends, as they are there.
     ConeOver {
-        vertex: u32,
+        vertex: VertexIndex,
         from: VertexId,
         root: u32,
         right: Point,
@@ -29,7 +29,7 @@ pub(super) enum Task {
     },
     /// A vertex of the tile, at `point`, is reached from `root`, over `length` in all.
     Vertex {
-        vertex: u32,
+        vertex: VertexIndex,
         point: Point,
         root: u32,
         length: f64,
@@ -38,15 +38,15 @@ pub(super) enum Task {
     /// A goal is reached from `root`, over `length` in all. This needs no tile.
     Goal { goal: u32, root: u32, length: f64 },
     /// The source lies in a triangle.
-    Start { triangle: u32 },
+    Start { triangle: TriangleId },
     /// The source lies on an edge, in the triangle of the side that comes from vertex `from` to `vertex` of the tile.
-    StartOnEdge { vertex: u32, from: VertexId },
+    StartOnEdge { vertex: VertexIndex, from: VertexId },
     /// The source is a vertex of the tile.
-    StartVertex { vertex: u32 },
+    StartVertex { vertex: VertexIndex },
     /// The source lies outside and sees the hull edge that leaves a vertex of the tile, forward along the hull, or else the one
     /// that comes in there. `before` is the edge before that, if one was seen, with the hull on its left.
     StartOnHull {
-        vertex: u32,
+        vertex: VertexIndex,
         forward: bool,
         before: Option<[Point; 2]>,
     },

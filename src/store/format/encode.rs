@@ -155,19 +155,9 @@ impl CoreDraft {
         let [edge_sides, edge_sources] = edge_sources(&mut builder, &self.edge_sources);
         let sites = (!self.sites.is_empty()).then(|| {
             let largest = self.sites.iter().map(|&(_, number)| number).max().unwrap_or(0);
-            let pairs: Vec<u64> = self.sites.iter().flat_map(|&(v, number)| [v.into(), number]).collect();
-            packed::write(&mut builder, pairs.into_iter(), largest.max(vertices), 0)
+            pairs(&mut builder, &self.sites, largest.max(vertices))
         });
-        let ids = (!self.site_ids.is_empty()).then(|| {
-            let text = self.site_ids.concat();
-            let ends = self.site_ids.iter().scan(0, |end, id| {
-                *end += id.len() as u64;
-                Some(*end)
-            });
-            let ends: Vec<u64> = ends.collect();
-            let ends = packed::write(&mut builder, ends.into_iter(), text.len() as u64, 0);
-            (ends, builder.create_string(&text))
-        });
+        let ids = (!self.site_ids.is_empty()).then(|| texts(&mut builder, &self.site_ids));
         let args = schema::CoreArgs {
             tile: tile.0,
             generation,
@@ -200,15 +190,8 @@ impl BorderDraft {
         let core_sides = 3 * u64::from(self.core_triangles);
         let sides = core_sides + 3 * self.triangles.len() as u64;
         let mut builder = FlatBufferBuilder::from_vec(buffers.zeroed(64 * self.triangles.len() + 1024));
-        let pairs = |pairs: &[(u32, u32)]| {
-            pairs
-                .iter()
-                .flat_map(|&(a, b)| [a.into(), b.into()])
-                .collect::<Vec<u64>>()
-        };
-        let vertex_sides = pairs(&self.vertex_sides).into_iter();
-        let vertex_sides = packed::write(&mut builder, vertex_sides, sides.max(corners), 0);
-        let core_links = packed::write(&mut builder, pairs(&self.core_links).into_iter(), sides, 0);
+        let vertex_sides = pairs(&mut builder, &self.vertex_sides, sides.max(corners));
+        let core_links = pairs(&mut builder, &self.core_links, sides);
         let neighbours = self.neighbours.as_flattened().iter().map(|twin| match twin {
             Twin::HalfEdge(twin) => twin.0.into(),
             Twin::Hull => HULL,
@@ -220,7 +203,7 @@ impl BorderDraft {
         let foreign: Vec<_> = self
             .foreign
             .iter()
-            .map(|&(id, p)| schema::ForeignVertex::new(p.x, p.y, id.tile.0, id.index))
+            .map(|&(id, p)| schema::ForeignVertex::new(p.x, p.y, id.tile.0, id.index.0))
             .collect();
         let foreign = builder.create_vector(&foreign);
         let constraints = side_bits(&mut builder, &self.constraints, 0);
@@ -260,6 +243,27 @@ impl BorderDraft {
         builder.finish(root, None);
         finished(builder, buffers)
     }
+}
+
+/// Pairs one after the other, whose largest number is at most `largest`.
+fn pairs<'b>(
+    builder: &mut FlatBufferBuilder<'b>,
+    pairs: &[(u32, impl Copy + Into<u64>)],
+    largest: u64,
+) -> PackedOffset<'b> {
+    let numbers: Vec<u64> = pairs.iter().flat_map(|&(a, b)| [a.into(), b.into()]).collect();
+    packed::write(builder, numbers.into_iter(), largest, 0)
+}
+
+/// Texts one after the other: where each ends, and all of them.
+fn texts<'b>(builder: &mut FlatBufferBuilder<'b>, texts: &[String]) -> (PackedOffset<'b>, WIPOffset<&'b str>) {
+    let ends = texts.iter().scan(0, |end, text| {
+        *end += text.len() as u64;
+        Some(*end)
+    });
+    let (ends, all): (Vec<u64>, _) = (ends.collect(), texts.concat());
+    let ends = packed::write(builder, ends.into_iter(), all.len() as u64, 0);
+    (ends, builder.create_string(&all))
 }
 
 /// A bit for each side, from three for each triangle, which start at bit `first`.

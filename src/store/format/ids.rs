@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::geometry::VertexIndex;
+
 /// The most vertices of a tile.
 pub(crate) const MAX_TILE_VERTICES: usize = 1 << 18;
 
@@ -23,7 +25,7 @@ pub struct VertexId {
     /// The tile that owns the vertex.
     pub tile: TileId,
     /// Its place among the vertices of that tile.
-    pub index: u32,
+    pub index: VertexIndex,
 }
 
 impl fmt::Display for VertexId {

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use crate::geometry::{HalfEdge, Point};
+use crate::geometry::{HalfEdge, Point, TriangleId, VertexIndex};
 use crate::io::memory_of;
 use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::packed::Packed;
@@ -86,6 +86,19 @@ impl Tile {
         self.records.len() as u32
     }
 
+    /// The vertices that the tile owns.
+    #[inline]
+    pub fn vertex_indices(&self) -> impl DoubleEndedIterator<Item = VertexIndex> + ExactSizeIterator + Clone + use<> {
+        (0..self.vertex_count()).map(VertexIndex)
+    }
+
+    /// Whether a corner is a vertex that the tile owns.
+    #[inline]
+    #[must_use]
+    pub fn has_vertex(&self, corner: VertexIndex) -> bool {
+        corner.0 < self.vertex_count()
+    }
+
     /// Triangles of the core.
     #[must_use]
     pub fn core_triangle_count(&self) -> u32 {
@@ -96,6 +109,18 @@ impl Tile {
     #[must_use]
     pub fn triangle_count(&self) -> u32 {
         ((self.triangles.len() + self.border_triangles.len()) / 3) as u32
+    }
+
+    /// The triangles of core and border.
+    #[inline]
+    pub fn triangle_ids(&self) -> impl DoubleEndedIterator<Item = TriangleId> + ExactSizeIterator + Clone + use<> {
+        (0..self.triangle_count()).map(TriangleId)
+    }
+
+    /// The triangles of the border.
+    #[inline]
+    pub(crate) fn border_triangle_ids(&self) -> impl ExactSizeIterator<Item = TriangleId> + use<> {
+        (self.core_triangle_count()..self.triangle_count()).map(TriangleId)
     }
 
     /// Vertices of the tile, and those of others at corners of its triangles.
@@ -138,8 +163,8 @@ impl Tile {
     /// Where a corner is: a vertex of the tile, or of another one.
     #[inline]
     #[must_use]
-    pub fn point(&self, corner: u32) -> Point {
-        let (corner, vertices) = (corner as usize, self.records.len());
+    pub fn point(&self, corner: VertexIndex) -> Point {
+        let (corner, vertices) = (corner.index(), self.records.len());
         let (bytes, at) = if corner < vertices {
             (&self.coordinates, 16 * corner)
         } else {
@@ -150,34 +175,34 @@ impl Tile {
 
     /// All vertices of the tile.
     pub fn points(&self) -> impl ExactSizeIterator<Item = Point> {
-        (0..self.vertex_count()).map(|vertex| self.point(vertex))
+        self.vertex_indices().map(|vertex| self.point(vertex))
     }
 
     /// The z of a vertex of the tile, if the file has any.
     #[must_use]
-    pub fn z(&self, vertex: u32) -> Option<f64> {
-        self.z.as_ref().map(|z| f64_at(z, 8 * vertex as usize))
+    pub fn z(&self, vertex: VertexIndex) -> Option<f64> {
+        self.z.as_ref().map(|z| f64_at(z, 8 * vertex.index()))
     }
 
     /// The number of the input record that a vertex of the tile came from.
     #[must_use]
-    pub fn record(&self, vertex: u32) -> u64 {
-        self.first_record + self.records.get(vertex as usize)
+    pub fn record(&self, vertex: VertexIndex) -> u64 {
+        self.first_record + self.records.get(vertex.index())
     }
 
     /// The vertex behind a corner.
     #[must_use]
-    pub fn vertex(&self, corner: u32) -> Vertex {
-        let id = if corner < self.vertex_count() {
+    pub fn vertex(&self, corner: VertexIndex) -> Vertex {
+        let id = if self.has_vertex(corner) {
             VertexId {
                 tile: self.id,
                 index: corner,
             }
         } else {
-            let at = FOREIGN * (corner - self.vertex_count()) as usize;
+            let at = FOREIGN * (corner.0 - self.vertex_count()) as usize;
             VertexId {
                 tile: TileId(u32_at(&self.foreign, at + 16)),
-                index: u32_at(&self.foreign, at + 20),
+                index: VertexIndex(u32_at(&self.foreign, at + 20)),
             }
         };
         Vertex {
@@ -189,69 +214,69 @@ impl Tile {
     /// The corners of a triangle, counter-clockwise.
     #[inline]
     #[must_use]
-    pub fn corners(&self, triangle: u32) -> [u32; 3] {
+    pub fn corners(&self, triangle: TriangleId) -> [VertexIndex; 3] {
         HalfEdge::of_triangle(triangle).map(|half_edge| self.origin(half_edge))
     }
 
     /// The vertices of a triangle, counter-clockwise.
     #[must_use]
-    pub fn vertices(&self, triangle: u32) -> [Vertex; 3] {
+    pub fn vertices(&self, triangle: TriangleId) -> [Vertex; 3] {
         self.corners(triangle).map(|corner| self.vertex(corner))
     }
 
     /// The places of a triangle's corners.
     #[inline]
     #[must_use]
-    pub fn triangle_points(&self, triangle: u32) -> [Point; 3] {
+    pub fn triangle_points(&self, triangle: TriangleId) -> [Point; 3] {
         self.corners(triangle).map(|corner| self.point(corner))
     }
 
     /// Whether a triangle belongs to this tile: in a scan over all tiles each triangle belongs to exactly one.
     #[must_use]
-    pub fn owns(&self, triangle: u32) -> bool {
-        if triangle < self.core_triangle_count() {
+    pub fn owns(&self, triangle: TriangleId) -> bool {
+        if triangle.0 < self.core_triangle_count() {
             return true;
         }
         self.corners(triangle)
             .into_iter()
             .min_by(|&a, &b| self.point(a).lex_cmp(self.point(b)))
-            .is_some_and(|smallest| smallest < self.vertex_count())
+            .is_some_and(|smallest| self.has_vertex(smallest))
     }
 
     /// The triangles that belong to this tile.
-    pub fn owned_triangles(&self) -> impl Iterator<Item = u32> {
-        (0..self.triangle_count()).filter(|&triangle| self.owns(triangle))
+    pub fn owned_triangles(&self) -> impl Iterator<Item = TriangleId> {
+        self.triangle_ids().filter(|&triangle| self.owns(triangle))
     }
 
     /// The number of the region that a triangle belongs to: what is connected without passing a constraint. 0 in files
     /// that know no regions.
     #[must_use]
-    pub fn region(&self, triangle: u32) -> u64 {
+    pub fn region(&self, triangle: TriangleId) -> u64 {
         self.component(triangle).region
     }
 
     /// By how many obstacles a triangle is covered.
     #[must_use]
-    pub fn depth(&self, triangle: u32) -> i32 {
+    pub fn depth(&self, triangle: TriangleId) -> i32 {
         self.component(triangle).depth
     }
 
     /// Whether a triangle belongs to a hole.
     #[must_use]
-    pub fn is_hole(&self, triangle: u32) -> bool {
+    pub fn is_hole(&self, triangle: TriangleId) -> bool {
         self.component(triangle).is_hole
     }
 
     /// What is true of a triangle and all that it is connected with in the tile.
-    pub(crate) fn component(&self, triangle: u32) -> Component {
+    pub(crate) fn component(&self, triangle: TriangleId) -> Component {
         self.component_at(self.component_number(triangle))
     }
 
     /// The number of the component that a triangle belongs to.
-    pub(crate) fn component_number(&self, triangle: u32) -> u32 {
+    pub(crate) fn component_number(&self, triangle: TriangleId) -> u32 {
         let count = self.triangle_count();
-        assert!(triangle < count, "tile {} has no triangle {triangle}", self.id);
-        self.regions.number(triangle as usize) as u32
+        assert!(triangle.0 < count, "tile {} has no triangle {triangle}", self.id);
+        self.regions.number(triangle.index()) as u32
     }
 
     /// What is true of a component, by its number.
@@ -271,7 +296,7 @@ impl Tile {
     }
 
     /// The sites at a vertex of the tile, by number.
-    pub fn sites_at(&self, vertex: u32) -> impl Iterator<Item = Site<'_>> {
+    pub fn sites_at(&self, vertex: VertexIndex) -> impl Iterator<Item = Site<'_>> {
         let sites = self.sites.iter();
         sites.flat_map(move |sites| sites.at(vertex))
     }
@@ -290,8 +315,8 @@ impl Tile {
 
     /// Whether a site lies at a vertex of the tile.
     #[must_use]
-    pub fn is_site(&self, vertex: u32) -> bool {
-        assert!(vertex < self.vertex_count(), "tile {} has no vertex {vertex}", self.id);
+    pub fn is_site(&self, vertex: VertexIndex) -> bool {
+        assert!(self.has_vertex(vertex), "tile {} has no vertex {vertex}", self.id);
         self.sites.as_ref().is_some_and(|sites| sites.is_site(vertex))
     }
 }

@@ -1,6 +1,6 @@
 //! What verifying finds wrong, and what it says when it finds nothing.
 
-use crate::geometry::Point;
+use crate::geometry::{Point, TriangleId};
 use crate::store::error::ReadError;
 use crate::store::format::edge_source::EdgeSource;
 use crate::store::format::ids::TileId;
@@ -10,7 +10,7 @@ pub(crate) use crate::store::format::tile::edges::TileEdge;
 #[derive(Clone, Debug)]
 pub(super) struct Fault {
     /// The triangle of the tile, if it is one's fault.
-    triangle: Option<u32>,
+    triangle: Option<TriangleId>,
     reason: String,
 }
 
@@ -22,7 +22,7 @@ impl Fault {
         }
     }
 
-    pub(super) fn at(triangle: u32, reason: impl Into<String>) -> Self {
+    pub(super) fn at(triangle: TriangleId, reason: impl Into<String>) -> Self {
         Self {
             triangle: Some(triangle),
             reason: reason.into(),
@@ -59,7 +59,7 @@ pub enum VerifyError {
         /// The tile at fault.
         tile: TileId,
         /// The triangle at fault, by its number in the tile.
-        triangle: Option<u32>,
+        triangle: Option<TriangleId>,
         /// What is wrong.
         reason: String,
     },

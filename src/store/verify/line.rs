@@ -5,7 +5,7 @@
 
 use futures::stream::StreamExt;
 
-use crate::geometry::{Orientation, Point, orient2d};
+use crate::geometry::{Orientation, Point, VertexIndex, orient2d};
 use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::metadata::LineSource;
 use crate::store::format::tile::{Tile, Vertex};
@@ -61,11 +61,11 @@ fn check_collinear(tile: &Tile, start: &mut Vec<Point>) -> Result<(), Fault> {
 
 /// Each edge leads from a vertex to the next one on the line, and has sources that the directory knows.
 fn check_edges(tile: &Tile, lines: &[LineSource]) -> Result<Option<Stretch>, Fault> {
-    let mut along: Vec<u32> = (0..tile.vertex_count()).collect();
+    let mut along: Vec<VertexIndex> = tile.vertex_indices().collect();
     along.sort_unstable_by(|&a, &b| tile.point(a).lex_cmp(tile.point(b)));
     let mut places = vec![0; along.len()];
     for (&vertex, place) in along.iter().zip(0usize..) {
-        places[vertex as usize] = place;
+        places[vertex.index()] = place;
     }
     let Some(&first) = along.first() else {
         return Ok(None);
@@ -73,7 +73,7 @@ fn check_edges(tile: &Tile, lines: &[LineSource]) -> Result<Option<Stretch>, Fau
     let mut next = None;
     for edge in tile.owned_constraints() {
         let [from, to] = tile.ends(edge);
-        let follows = along.get(places[from.id.index as usize] + 1);
+        let follows = along.get(places[from.id.index.index()] + 1);
         let is_next = match follows {
             Some(&index) => to.id == VertexId { tile: tile.id(), index },
             None => to.id.tile != tile.id(),

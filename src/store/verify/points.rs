@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use futures::stream::StreamExt;
 
-use crate::geometry::Point;
+use crate::geometry::{Point, VertexIndex};
 use crate::input::PointBatch;
 use crate::store::error::ReadError;
 use crate::store::format::directory::Directory;
@@ -28,7 +28,7 @@ struct Sought {
 }
 
 /// The vertices of a tile in lexicographical order, with their numbers.
-type Vertices = Vec<(Point, u32)>;
+type Vertices = Vec<(Point, VertexIndex)>;
 
 /// Which vertices have been found in the input.
 struct Seen {
@@ -170,9 +170,13 @@ impl TileReader {
 }
 
 /// Looks up the points that a tile must have: the vertices that are what they say, or the first point that is missing.
-fn find_in_tile(tile: &Tile, group: &[Sought], vertices: &mut Vec<(Point, u32)>) -> Result<Vec<u32>, (u64, Point)> {
+fn find_in_tile(
+    tile: &Tile,
+    group: &[Sought],
+    vertices: &mut Vec<(Point, VertexIndex)>,
+) -> Result<Vec<VertexIndex>, (u64, Point)> {
     vertices.clear();
-    vertices.extend(tile.points().zip(0..));
+    vertices.extend(tile.points().zip(tile.vertex_indices()));
     vertices.sort_unstable_by(|a, b| a.0.lex_cmp(b.0));
     let mut found = Vec::with_capacity(group.len().min(vertices.len()));
     for s in group {
@@ -214,18 +218,18 @@ impl Seen {
         }
     }
 
-    fn set(&mut self, tile: TileId, vertex: u32) {
-        let number = self.first[tile.0 as usize] + u64::from(vertex);
+    fn set(&mut self, tile: TileId, vertex: VertexIndex) {
+        let number = self.first[tile.0 as usize] + u64::from(vertex.0);
         self.bits[(number / 64) as usize] |= 1 << (number % 64);
     }
 
-    fn first_unseen(&self, total: u64) -> Option<(TileId, u32)> {
+    fn first_unseen(&self, total: u64) -> Option<(TileId, VertexIndex)> {
         let word = self.bits.iter().position(|&word| word != u64::MAX)?;
         let number = 64 * word as u64 + u64::from(self.bits[word].trailing_ones());
         if number >= total {
             return None;
         }
         let tile = self.first.partition_point(|&first| first <= number) - 1;
-        Some((TileId(tile as u32), (number - self.first[tile]) as u32))
+        Some((TileId(tile as u32), VertexIndex((number - self.first[tile]) as u32)))
     }
 }

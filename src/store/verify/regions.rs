@@ -11,7 +11,7 @@
 
 use xxhash_rust::xxh3::xxh3_128;
 
-use crate::geometry::{HalfEdge, Orientation, Point, Rect, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Point, Rect, TriangleId, orient2d};
 use crate::mesh::{Topology, Twin};
 use crate::store::format::damage::Damage;
 use crate::store::format::metadata::{LineSource, Metadata};
@@ -139,7 +139,7 @@ pub(super) fn check(tile: &Tile, claims: &Claims, bounds: Rect) -> Result<Report
     });
     let mut components: Vec<Region> = components.collect();
     let mut edges_with_sources = 0;
-    for triangle in 0..tile.triangle_count() {
+    for triangle in tile.triangle_ids() {
         let component = &mut components[tile.component_number(triangle) as usize];
         component.marks.add(Marks::SEEN);
         check_number(tile, triangle, component.number, claims)?;
@@ -195,7 +195,7 @@ pub(super) fn check_none(tile: &Tile) -> Result<(), Fault> {
     Ok(())
 }
 
-fn check_number(tile: &Tile, triangle: u32, region: u64, claims: &Claims) -> Result<(), Fault> {
+fn check_number(tile: &Tile, triangle: TriangleId, region: u64, claims: &Claims) -> Result<(), Fault> {
     if region >= claims.regions {
         let regions = claims.regions;
         return Err(Fault::at(
@@ -203,11 +203,7 @@ fn check_number(tile: &Tile, triangle: u32, region: u64, claims: &Claims) -> Res
             format!("it is of region {region}, and there are {regions}"),
         ));
     }
-    let is_crossing = || {
-        tile.corners(triangle)
-            .iter()
-            .any(|&corner| corner >= tile.vertex_count())
-    };
+    let is_crossing = || tile.corners(triangle).iter().any(|&corner| !tile.has_vertex(corner));
     if region >= claims.spanning && is_crossing() {
         let reason = format!("it stands in several tiles, and its region {region} lies in one by its number");
         return Err(Fault::at(triangle, reason));
@@ -295,7 +291,7 @@ fn mark_seeds(tile: &Tile, claims: &Claims, bounds: Rect, components: &mut [Regi
 }
 
 /// What a seed means for the region of a triangle; nothing if it lies outside the triangle.
-fn mark_of(tile: &Tile, triangle: u32, corners: [Point; 3], seed: Point) -> Option<Marks> {
+fn mark_of(tile: &Tile, triangle: TriangleId, corners: [Point; 3], seed: Point) -> Option<Marks> {
     let mut on_edges = 0;
     let mut on_constraint = false;
     let [a, b, c] = corners;

@@ -36,6 +36,21 @@ type Hashes = Vec<(u128, u32)>;
 /// A site that is not in the file: its place in the input, and where it lies.
 type Missing = (u64, Point);
 
+/// The error for a site of the file that the input lacks.
+fn not_in_input(tile: &Tile, place: usize) -> VerifyError {
+    VerifyError::Sites(match tile.sites().nth(place) {
+        Some(Site { vertex, number, id }) => {
+            let p = tile.point(vertex);
+            let id = id.map_or_else(|| number.to_string(), str::to_owned);
+            format!(
+                "site {id} at ({}, {}) of the file is not in the input, or not as often",
+                p.x, p.y
+            )
+        }
+        None => format!("tile {} has another number of sites than before", tile.id()),
+    })
+}
+
 impl TileReader {
     /// Checks that every site of the input is in the file, at its place and with its id, and that there are no others. `next`
     /// fills batches and says whether there was one.
@@ -117,19 +132,7 @@ impl TileReader {
         self.find_sites(sought, plan, &marks, &hashes).await?;
         end.unwrap_or(Ok(()))?;
         if let Some((tile, place)) = marks.first_unset() {
-            let tile = self.tile(tile).await?;
-            let site = tile.sites().nth(place as usize);
-            return Err(VerifyError::Sites(match site {
-                Some(Site { vertex, number, id }) => {
-                    let p = tile.point(vertex);
-                    let id = id.map_or_else(|| number.to_string(), str::to_owned);
-                    format!(
-                        "site {id} at ({}, {}) of the file is not in the input, or not as often",
-                        p.x, p.y
-                    )
-                }
-                None => format!("tile {} has another number of sites than before", tile.id()),
-            }));
+            return Err(not_in_input(&*self.tile(tile).await?, place as usize));
         }
         Ok(VerifyReport {
             tiles: directory.tiles.len() as u64,

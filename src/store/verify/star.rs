@@ -1,6 +1,6 @@
 //! The triangles around a vertex.
 
-use crate::geometry::{HalfEdge, Orientation, orient2d};
+use crate::geometry::{HalfEdge, Orientation, VertexIndex, orient2d};
 use crate::mesh::{StarEnd, Topology, Twin};
 use crate::store::format::tile::Tile;
 use crate::store::verify::error::Fault;
@@ -19,13 +19,13 @@ pub(super) struct HullVertex {
 /// Checks that the triangles at each vertex of a tile make a single fan, which is all of its star.
 pub(super) fn fans(tile: &Tile, has_triangles: bool) -> Result<Fans, Fault> {
     let mut at_vertex = vec![0u32; tile.vertex_count() as usize];
-    for corner in (0..tile.triangle_count()).flat_map(|t| tile.corners(t)) {
-        if let Some(count) = at_vertex.get_mut(corner as usize) {
+    for corner in tile.triangle_ids().flat_map(|t| tile.corners(t)) {
+        if let Some(count) = at_vertex.get_mut(corner.index()) {
             *count += 1;
         }
     }
     let mut first = Vec::with_capacity(at_vertex.len());
-    for (vertex, &count) in (0u32..).zip(&at_vertex) {
+    for (vertex, &count) in tile.vertex_indices().zip(&at_vertex) {
         let side = match tile.leaving(vertex) {
             Some(side) if tile.origin(side) == vertex => side,
             None if count == 0 && !has_triangles => {
@@ -50,8 +50,8 @@ pub(super) fn fans(tile: &Tile, has_triangles: bool) -> Result<Fans, Fault> {
 }
 
 /// Checks that the triangles at a vertex go round once, or on the hull through a half-turn at most.
-pub(super) fn check_turn(tile: &Tile, vertex: u32, fans: &Fans) -> Result<Option<HullVertex>, Fault> {
-    let Some(first) = fans.first[vertex as usize] else {
+pub(super) fn check_turn(tile: &Tile, vertex: VertexIndex, fans: &Fans) -> Result<Option<HullVertex>, Fault> {
+    let Some(first) = fans.first[vertex.index()] else {
         return Ok(None);
     };
     let centre = tile.point(vertex);

@@ -6,7 +6,7 @@ mod model;
 mod regions;
 mod town;
 
-use crate::geometry::Point;
+use crate::geometry::{Point, VertexIndex};
 use crate::store::format::ids::{TileId, VertexId};
 use crate::store::verify::error::VerifyError;
 use model::{Model, ModelTile, Named, pair};
@@ -38,7 +38,7 @@ fn models() -> Vec<Model> {
 #[track_caller]
 fn found(model: &Model) -> (TileId, Option<u32>, String) {
     match model.verify() {
-        Err(VerifyError::Tile { tile, triangle, reason }) => (tile, triangle, reason),
+        Err(VerifyError::Tile { tile, triangle, reason }) => (tile, triangle.map(|triangle| triangle.0), reason),
         other => panic!("{other:?}"),
     }
 }
@@ -114,7 +114,7 @@ fn a_vertex_beside_its_place() {
             let tie = model
                 .point(VertexId {
                     tile: TileId(0),
-                    index: 0,
+                    index: VertexIndex(0),
                 })
                 .x
                 .fract()
@@ -157,7 +157,7 @@ fn a_border_that_errs_on_a_foreign_vertex() {
                 // Another number for the vertex, in this tile only.
                 let mut wrong = model.clone();
                 let other = VertexId {
-                    index: v.index + 1000,
+                    index: VertexIndex(v.index.0 + 1000),
                     ..v
                 };
                 wrong.tiles[tile].beliefs.insert(other, p);

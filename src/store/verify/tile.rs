@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use xxhash_rust::xxh3::xxh3_128;
 
-use crate::geometry::{HalfEdge, Orientation, Rect, in_circle, orient2d};
+use crate::geometry::{HalfEdge, Orientation, Rect, TriangleId, VertexIndex, in_circle, orient2d};
 use crate::mesh::{Topology, Twin};
 use crate::store::format::ids::TileId;
 use crate::store::format::tile::Tile;
@@ -52,7 +52,7 @@ pub(super) fn check(tile: &Tile, cell: Rect, expected: &Expected, places: &mut P
         tile: tile.id(),
         owned: 0,
         bounds: Rect::around(tile.points()),
-        has_z: tile.vertex_count() == 0 || tile.z(0).is_some(),
+        has_z: tile.vertex_count() == 0 || tile.z(VertexIndex(0)).is_some(),
         edges: 0,
         constraint_edges: tile.owned_constraints().count() as u64,
         hull_edges: 0,
@@ -62,7 +62,7 @@ pub(super) fn check(tile: &Tile, cell: Rect, expected: &Expected, places: &mut P
         sites: tile.site_count().into(),
         regions: None,
     };
-    for triangle in 0..tile.triangle_count() {
+    for triangle in tile.triangle_ids() {
         check_triangle(tile, triangle)?;
         if tile.owns(triangle) {
             report.owned += 1;
@@ -73,13 +73,13 @@ pub(super) fn check(tile: &Tile, cell: Rect, expected: &Expected, places: &mut P
     let fans = star::fans(tile, expected.has_triangles)?;
     if expected.deep {
         report.edges = check_circles(tile)?;
-        for vertex in 0..tile.vertex_count() {
+        for vertex in tile.vertex_indices() {
             if let Some(hull) = star::check_turn(tile, vertex, &fans)? {
                 report.hull_edges += 1;
                 report.hull_minima += u64::from(hull.is_minimum);
             }
         }
-        for triangle in tile.core_triangle_count()..tile.triangle_count() {
+        for triangle in tile.border_triangle_ids() {
             share(tile, triangle, &mut report.shared);
         }
         match &expected.regions {
@@ -94,7 +94,7 @@ pub(super) fn check(tile: &Tile, cell: Rect, expected: &Expected, places: &mut P
 fn check_vertices(tile: &Tile, cell: Rect, places: &mut Places) -> Result<(), Fault> {
     places.clear();
     places.reserve(tile.vertex_count() as usize);
-    for (p, vertex) in tile.points().zip(0u32..) {
+    for (p, vertex) in tile.points().zip(tile.vertex_indices()) {
         let inside = cell.min_x < p.x && p.x <= cell.max_x && cell.min_y < p.y && p.y <= cell.max_y;
         if !inside {
             return Err(Fault::new(format!(
@@ -116,9 +116,9 @@ fn check_vertices(tile: &Tile, cell: Rect, places: &mut Places) -> Result<(), Fa
 }
 
 /// Three different corners, one of them the tile's own, counter-clockwise; neighbours agree.
-fn check_triangle(tile: &Tile, triangle: u32) -> Result<(), Fault> {
+fn check_triangle(tile: &Tile, triangle: TriangleId) -> Result<(), Fault> {
     let corners = tile.corners(triangle);
-    let own = corners.iter().filter(|&&corner| corner < tile.vertex_count()).count();
+    let own = corners.iter().filter(|&&corner| tile.has_vertex(corner)).count();
     if own == 0 || corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0] {
         return Err(Fault::at(triangle, "it has no corner in its tile, or one twice"));
     }
@@ -128,7 +128,7 @@ fn check_triangle(tile: &Tile, triangle: u32) -> Result<(), Fault> {
     }
     for side in HalfEdge::of_triangle(triangle) {
         let ends = [tile.origin(side), tile.destination(side)];
-        let foreign = ends.iter().all(|&corner| corner >= tile.vertex_count());
+        let foreign = ends.iter().all(|&corner| !tile.has_vertex(corner));
         match tile.twin(side) {
             Twin::HalfEdge(twin) => {
                 let (there, other) = ([tile.destination(twin), tile.origin(twin)], twin.triangle());
@@ -182,7 +182,7 @@ fn check_circles(tile: &Tile) -> Result<u64, Fault> {
 }
 
 /// Adds a border triangle to the sums of the pairs of tiles that it joins: once for its owner, once against for others.
-fn share(tile: &Tile, triangle: u32, sums: &mut HashMap<(TileId, TileId), u128>) {
+fn share(tile: &Tile, triangle: TriangleId, sums: &mut HashMap<(TileId, TileId), u128>) {
     let owner = owner(tile, triangle);
     let hash = hash(tile, triangle);
     let mut others = tile.vertices(triangle).map(|v| v.id.tile).to_vec();
@@ -203,7 +203,7 @@ fn share(tile: &Tile, triangle: u32, sums: &mut HashMap<(TileId, TileId), u128>)
 }
 
 /// The tile that a triangle belongs to.
-pub(super) fn owner(tile: &Tile, triangle: u32) -> TileId {
+pub(super) fn owner(tile: &Tile, triangle: TriangleId) -> TileId {
     let [a, b, c] = tile.vertices(triangle);
     let smaller = |p: crate::store::format::tile::Vertex, q: crate::store::format::tile::Vertex| {
         if p.point.lex_cmp(q.point).is_le() { p } else { q }
@@ -213,7 +213,7 @@ pub(super) fn owner(tile: &Tile, triangle: u32) -> TileId {
 
 /// A hash of a triangle's corners, their numbers and places, of which sides are constraints and walls, from the smallest
 /// corner on, and of its region.
-pub(super) fn hash(tile: &Tile, triangle: u32) -> u128 {
+pub(super) fn hash(tile: &Tile, triangle: TriangleId) -> u128 {
     let mut corners = tile.vertices(triangle);
     let smallest = (0..3).min_by_key(|&i| corners[i].id).unwrap_or(0);
     corners.rotate_left(smallest);
@@ -222,7 +222,7 @@ pub(super) fn hash(tile: &Tile, triangle: u32) -> u128 {
     sides.rotate_left(smallest);
     let Component { region, depth, is_hole } = tile.component(triangle);
     let of_corners = corners.iter().zip(sides).flat_map(|(v, side)| {
-        let id = u64::from(v.id.tile.0) << 32 | u64::from(v.id.index);
+        let id = u64::from(v.id.tile.0) << 32 | u64::from(v.id.index.0);
         [id, v.point.x.to_bits(), v.point.y.to_bits(), side]
     });
     let of_region = [region, i64::from(depth) as u64, u64::from(is_hole)];

@@ -6,19 +6,17 @@ use std::sync::Arc;
 
 use futures::stream::StreamExt;
 
-use crate::geometry::Rect;
+use crate::geometry::{Rect, TriangleId};
+use crate::memory::FileShares;
 use crate::store::error::ReadError;
 use crate::store::format::directory::Directory;
 use crate::store::format::ids::TileId;
 use crate::store::format::tile::Tile;
-use crate::store::pass::{Needs, Plan, Workspaces, for_tiles};
+use crate::store::pass::{Needs, Plan, Workspaces};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
 use crate::store::verify::tile::{Expected, Places, TileReport};
 use crate::store::verify::{regions, tile};
-
-/// Bytes for what is looked up, bits and tiles, if the reader has no limit.
-const LOOKUP_MEMORY: u64 = 512 << 20;
 
 impl TileReader {
     /// Checks the file; `deep` proves the triangulation too. Must be awaited within a tokio runtime.
@@ -87,10 +85,8 @@ impl TileReader {
         range: Range<u64>,
         bytes: u64,
     ) -> Result<(Plan, usize), ReadError> {
-        let memory = self.memory().unwrap_or(LOOKUP_MEMORY);
-        // The more at once, the fewer passes; but tiles that are read ahead make these faster.
-        let left = for_tiles(memory).saturating_sub(needs(0).least(self.directory()));
-        let at_once = (left / 4 * 3 / bytes).min(range.end).max(range.start);
+        let share = FileShares(self.memory()).lookups(needs(0).least(self.directory()));
+        let at_once = (share / bytes).min(range.end).max(range.start);
         Ok((self.plan(needs(at_once))?, at_once as usize))
     }
 
@@ -172,13 +168,14 @@ impl TileReader {
     /// Names the triangle that one tile owns and another lacks, or the other way round.
     async fn find_difference(&self, owner: TileId, other: TileId) -> Result<VerifyError, ReadError> {
         let (owning, sharing) = (self.tile(owner).await?, self.tile(other).await?);
-        let keys = |tile: &Tile| -> HashMap<u128, u32> {
-            let shared = (tile.core_triangle_count()..tile.triangle_count())
+        let keys = |tile: &Tile| -> HashMap<u128, TriangleId> {
+            let shared = tile
+                .border_triangle_ids()
                 .filter(|&t| tile::owner(tile, t) == owner && tile.vertices(t).iter().any(|v| v.id.tile == other));
             shared.map(|t| (tile::hash(tile, t), t)).collect()
         };
         let (of_owner, of_other) = (keys(&owning), keys(&sharing));
-        let lacking = |from: &HashMap<u128, u32>, to: &HashMap<u128, u32>| {
+        let lacking = |from: &HashMap<u128, TriangleId>, to: &HashMap<u128, TriangleId>| {
             from.iter()
                 .filter(|(key, _)| !to.contains_key(key))
                 .map(|(_, &t)| t)

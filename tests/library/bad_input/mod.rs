@@ -251,7 +251,7 @@ fn which_duplicate_is_kept_does_not_depend_on_arrival() {
                     reader.verify(true).await.unwrap();
                     let tiles: Vec<_> = reader.tiles().try_collect().await.unwrap();
                     for tile in tiles {
-                        for v in 0..tile.vertex_count() {
+                        for v in tile.vertex_indices() {
                             let mut here = set.iter().enumerate().filter(|(_, (p, _))| *p == tile.point(v));
                             let first = here.next().unwrap();
                             let kept =

@@ -158,7 +158,7 @@ async fn heights(sets: &[LineSet<'_>], tile_vertices: usize) -> Vec<(Point, Opti
     builder.finish().await.unwrap();
     let mut heights = Vec::new();
     for tile in scratch.open().await.tiles().try_collect::<Vec<_>>().await.unwrap() {
-        heights.extend((0..tile.vertex_count()).map(|vertex| (tile.point(vertex), tile.z(vertex))));
+        heights.extend(tile.vertex_indices().map(|vertex| (tile.point(vertex), tile.z(vertex))));
     }
     heights.sort_by(|(a, _), (b, _)| a.lex_cmp(*b));
     heights

@@ -92,7 +92,7 @@ impl Input {
 async fn z_at(scratch: &Scratch, place: Point) -> f64 {
     let tiles: Vec<_> = scratch.open().await.tiles().try_collect().await.unwrap();
     let mut found = tiles.iter().flat_map(|tile| {
-        let vertices = (0..tile.vertex_count()).filter(|&vertex| tile.point(vertex) == place);
+        let vertices = tile.vertex_indices().filter(|&vertex| tile.point(vertex) == place);
         vertices.map(|vertex| tile.z(vertex).expect("the file has z"))
     });
     found.next().expect("a vertex lies there")

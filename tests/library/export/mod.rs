@@ -27,10 +27,10 @@ async fn content(reader: &TileReader) -> Parsed {
         content.points.extend(tile.points());
         content
             .z
-            .extend((0..tile.vertex_count()).filter_map(|vertex| tile.z(vertex)));
+            .extend(tile.vertex_indices().filter_map(|vertex| tile.z(vertex)));
         content
             .records
-            .extend((0..tile.vertex_count()).map(|vertex| tile.record(vertex)));
+            .extend(tile.vertex_indices().map(|vertex| tile.record(vertex)));
     }
     content
 }

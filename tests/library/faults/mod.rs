@@ -56,7 +56,7 @@ impl Task {
                 let tile = reader.tile(TileId(3)).await?;
                 format!(
                     "{:?}",
-                    (0..tile.triangle_count()).map(|t| tile.vertices(t)).collect::<Vec<_>>()
+                    tile.triangle_ids().map(|t| tile.vertices(t)).collect::<Vec<_>>()
                 )
             }
             Self::Tiles => {

@@ -223,16 +223,16 @@ async fn compare(file: &File, bytes: Vec<u8>) {
             assert_eq!(tile.is_wall(edge), its.iter().any(|&(_, code)| code > 0));
             assert_eq!(sources(edge), its);
         }
-        for triangle in 0..tile.triangle_count() {
+        for triangle in tile.triangle_ids() {
             let found = (
                 tile.region(triangle),
                 tile.depth(triangle).into(),
                 tile.is_hole(triangle),
             );
-            assert_eq!(found, expected.regions[triangle as usize]);
+            assert_eq!(found, expected.regions[triangle.index()]);
         }
         let id = |site: &Site<'_>| site.id.map_or_else(|| site.number.to_string(), str::to_owned);
-        let sites: Vec<_> = tile.sites().map(|s| (s.vertex as usize, s.number, id(&s))).collect();
+        let sites: Vec<_> = tile.sites().map(|s| (s.vertex.index(), s.number, id(&s))).collect();
         assert_eq!(sites, expected.sites);
         owned += tile.owned_constraints().count() as u64;
     }

@@ -120,7 +120,7 @@ impl Town {
                     assert!(tile.edge_sources(side).count() < 1 << 20, "{story}");
                     let _ = (tile.is_constraint(side), tile.is_wall(side));
                 }
-                for triangle in 0..tile.triangle_count() {
+                for triangle in tile.triangle_ids() {
                     let _ = (tile.region(triangle), tile.depth(triangle), tile.is_hole(triangle));
                 }
                 assert!(tile.sites().all(|site| tile.is_site(site.vertex)), "{story}");

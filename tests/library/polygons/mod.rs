@@ -164,7 +164,7 @@ impl Built {
                     hole_regions.insert(tile.region(triangle));
                 }
             }
-            this.vertices.extend((0..tile.vertex_count()).map(|vertex| Vertex {
+            this.vertices.extend(tile.vertex_indices().map(|vertex| Vertex {
                 point: tile.point(vertex),
                 z: tile.z(vertex),
                 record: tile.record(vertex),

@@ -29,7 +29,7 @@ impl Whole {
         let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
         let mut tiles = reader.tiles();
         while let Some(tile) = tiles.try_next().await.unwrap() {
-            vertices.extend((0..tile.vertex_count()).map(|v| tile.vertex(v)));
+            vertices.extend(tile.vertex_indices().map(|v| tile.vertex(v)));
             triangles.extend(tile.owned_triangles().map(|t| tile.vertices(t)));
         }
         let bounds = Rect::around(vertices.iter().map(|v| v.point));

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use delaunay_tiles::geometry::{HalfEdge, Orientation, Point, orient2d};
+use delaunay_tiles::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 use delaunay_tiles::input::SiteId;
 use delaunay_tiles::mesh::{Constrained, EngineKind, Inserter, Topology, Triangulation};
 use delaunay_tiles::store::{EdgeSource, LineKind};
@@ -74,9 +74,9 @@ impl Expected {
             component[first] = regions;
             let mut reached = vec![first];
             while let Some(triangle) = reached.pop() {
-                let sides = HalfEdge::of_triangle(triangle as u32);
+                let sides = HalfEdge::of_triangle(TriangleId(triangle as u32));
                 for side in sides.into_iter().filter(|&side| !mesh.is_constraint(side)) {
-                    match mesh.mesh().twin(side).half_edge().map(|twin| twin.triangle() as usize) {
+                    match mesh.mesh().twin(side).half_edge().map(|twin| twin.triangle().index()) {
                         None => is_exterior[regions] = true,
                         Some(other) if component[other] == usize::MAX => {
                             component[other] = regions;

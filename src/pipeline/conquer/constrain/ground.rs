@@ -3,7 +3,7 @@
 use foldhash::{HashMap, HashMapExt};
 
 use crate::constraints::segment::Segment;
-use crate::geometry::{HalfEdge, Point};
+use crate::geometry::{HalfEdge, Point, TriangleId};
 use crate::mesh::{Constrained, Inserter, NONE, Stars, Step, Topology, Triangulation};
 use crate::pipeline::conquer::constrain::overlaps::{Limited, for_each_part};
 use crate::pipeline::conquer::constrain::refusal::{Crossed, Refusal};
@@ -214,7 +214,7 @@ impl<'a> Ground<'a> {
             let (vertex, is_in) = match step {
                 Step::Edge(side, vertex) => (vertex, self.mark(side, is_wall)),
                 Step::Triangles(vertex) => {
-                    let can = inserter.crossed().iter().all(|&t| self.settled[t as usize]);
+                    let can = inserter.crossed().iter().all(|&t| self.settled[t.index()]);
                     if can {
                         inserter.replace(self.points, &mut self.mesh, is_wall);
                     }
@@ -269,11 +269,11 @@ impl<'a> Ground<'a> {
     fn mark(&mut self, side: HalfEdge, is_wall: bool) -> bool {
         let twin = self.mesh.mesh().twin(side).half_edge();
         let sides = [Some(side), twin].into_iter().flatten();
-        let final_sides = sides.filter(|side| self.settled[side.triangle() as usize]).count();
+        let final_sides = sides.filter(|side| self.settled[side.triangle().index()]).count();
         if final_sides > 0 {
             self.mesh.fix(side, is_wall);
         }
-        let [from, to] = [side, side.next()].map(|side| self.mesh.mesh().origin(side));
+        let [from, to] = [side, side.next()].map(|side| self.mesh.mesh().origin(side).0);
         let on_hull = self.hull.get(&from) == Some(&to) || self.hull.get(&to) == Some(&from);
         match twin {
             // What was across may be in its tile already, with its mark; on the hull it is still to come.
@@ -304,17 +304,22 @@ impl<'a> Ground<'a> {
         }
     }
 
-    fn hold(&mut self, crossed: &[u32]) {
+    fn hold(&mut self, crossed: &[TriangleId]) {
         for &triangle in crossed {
-            self.held[triangle as usize] = self.settled[triangle as usize];
+            self.held[triangle.index()] = self.settled[triangle.index()];
         }
     }
 
     /// What goes up.
     fn pending(&self, pieces: Vec<Piece>, open: Vec<Open>, vertex: impl Fn(u32) -> SeamVertex) -> Pending {
-        let held = (0..).zip(&self.held).filter(|(_, held)| **held);
-        let held: Vec<u32> = held.map(|(triangle, _)| triangle).collect();
-        let corners = |triangle: u32| self.mesh.mesh().triangles[triangle as usize];
+        let held = self
+            .mesh
+            .mesh()
+            .triangle_ids()
+            .zip(&self.held)
+            .filter(|(_, held)| **held);
+        let held: Vec<TriangleId> = held.map(|(triangle, _)| triangle).collect();
+        let corners = |triangle: TriangleId| self.mesh.mesh().triangles[triangle.index()];
         let mut used: Vec<u32> = held.iter().flat_map(|&triangle| corners(triangle)).collect();
         used.extend(pieces.iter().flat_map(|piece| piece.ends));
         used.extend(open.iter().filter_map(|open| open.run).flatten());

@@ -2,7 +2,7 @@
 
 use crate::constraints::segment::Segment;
 use crate::geometry::{Orientation, Point, orient2d};
-use crate::mesh::vertex_index::VertexIndex;
+use crate::mesh::point_table::PointTable;
 use crate::mesh::{Inserter, Stars, Step};
 use crate::pipeline::conquer::constrain::ground::Ground;
 use crate::pipeline::conquer::constrain::overlaps::{Limited, covered};
@@ -44,7 +44,7 @@ impl Lines {
             }
             return Ok(lines);
         }
-        let index = VertexIndex::new(ground.points);
+        let index = PointTable::new(ground.points);
         // A line passes no vertex twice, unless others do so too.
         let most_steps = segments.len() + 4 * ground.points.len();
         for place in 0..segments.len() {
@@ -62,7 +62,7 @@ impl Lines {
         &mut self,
         ground: &Ground<'_>,
         inserter: &mut Inserter,
-        index: &VertexIndex<'_>,
+        index: &PointTable<'_>,
         segment: Segment,
     ) -> Result<(), Refusal> {
         let (ends, source) = (segment.ends, segment.source);
@@ -90,7 +90,7 @@ impl Lines {
         &mut self,
         ground: &Ground<'_>,
         inserter: &mut Inserter,
-        index: &VertexIndex<'_>,
+        index: &PointTable<'_>,
         segments: &mut [Segment],
     ) -> Result<(), Refusal> {
         for (whole, group) in covered(segments) {

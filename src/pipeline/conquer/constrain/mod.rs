@@ -32,7 +32,7 @@ pub(crate) mod refusal;
 
 use crate::collections::bucket_sort::bucket_sort;
 use crate::constraints::segment::Segment;
-use crate::geometry::{HalfEdge, PackedHalfEdge, Point};
+use crate::geometry::{HalfEdge, PackedHalfEdge, Point, VertexIndex};
 use crate::mesh::Triangulation;
 use crate::pipeline::conquer::constrain::ground::Outcome;
 use crate::pipeline::conquer::constrain::refusal::Refusal;
@@ -66,7 +66,10 @@ pub(crate) fn constrain_leaf(
         workspace.most_sources,
     );
     let vertex = |index: u32| SeamVertex {
-        id: VertexId { tile, index },
+        id: VertexId {
+            tile,
+            index: VertexIndex(index),
+        },
         point: points[index as usize],
     };
     let Workspace { inserter, deferral, .. } = workspace;
@@ -98,6 +101,58 @@ pub(crate) struct Final {
     pub(crate) edges: Vec<DoneEdge>,
 }
 
+/// The triangles of a node above the leaves, those of its mesh and those that its children hold, and the lines that its
+/// children sent up.
+struct Joined {
+    vertices: Vec<SeamVertex>,
+    triangles: Vec<[u32; 3]>,
+    /// Whether each triangle is final, and the bits of its constrained sides.
+    settled: Vec<bool>,
+    fixed: Vec<u8>,
+    pieces: Vec<Piece>,
+    runs: Vec<Open>,
+}
+
+impl Joined {
+    /// Takes what the mesh in the workspace did not drop.
+    fn of_mesh(workspace: &Workspace, vertices: &[SeamVertex]) -> Self {
+        let kept = workspace.mesh.triangles.iter().zip(&workspace.fates);
+        let kept = kept.filter(|(_, fate)| **fate != Fate::Dropped);
+        let (triangles, settled): (Vec<_>, Vec<_>) =
+            kept.map(|(corners, fate)| (*corners, *fate == Fate::Settled)).unzip();
+        Self {
+            vertices: vertices.to_vec(),
+            fixed: vec![0; triangles.len()],
+            triangles,
+            settled,
+            pieces: Vec::new(),
+            runs: Vec::new(),
+        }
+    }
+
+    /// Adds what a child sent up. The first `in_seams` vertices are those of the mesh, sorted by id.
+    fn add(&mut self, child: Pending, in_seams: usize) {
+        let mut places = Vec::with_capacity(child.vertices.len());
+        for vertex in child.vertices {
+            let in_seam = self.vertices[..in_seams].binary_search_by_key(&vertex.id, |v| v.id);
+            let place = in_seam.unwrap_or(self.vertices.len());
+            if place == self.vertices.len() {
+                self.vertices.push(vertex);
+            }
+            places.push(place as u32);
+        }
+        let place = |v: u32| places[v as usize];
+        for (corners, bits) in child.held {
+            self.triangles.push(corners.map(place));
+            self.settled.push(true);
+            self.fixed.push(bits);
+        }
+        self.pieces
+            .extend(child.pieces.iter().map(|piece| piece.renumbered(place)));
+        self.runs.extend(child.open.iter().map(|open| open.renumbered(place)));
+    }
+}
+
 /// Constrains the triangles of a node above the leaves: those in the workspace, of these vertices, and those that its children
 /// hold.
 pub(crate) fn constrain_node(
@@ -106,51 +161,25 @@ pub(crate) fn constrain_node(
     children: Vec<Pending>,
     is_root: bool,
 ) -> Result<(Final, Pending), Refusal> {
-    let mut vertices = vertices.to_vec();
-    let kept = workspace.mesh.triangles.iter().zip(&workspace.fates);
-    let kept = kept.filter(|(_, fate)| **fate != Fate::Dropped);
-    let mut triangles = Vec::new();
-    let (mut settled, mut fixed) = (Vec::new(), Vec::new());
-    for (corners, fate) in kept {
-        triangles.push(*corners);
-        settled.push(*fate == Fate::Settled);
-        fixed.push(0);
-    }
-    let in_seams = vertices.len();
-    let mut pieces: Vec<Piece> = Vec::new();
-    let mut runs: Vec<Open> = Vec::new();
+    let mut joined = Joined::of_mesh(workspace, vertices);
     for child in children {
-        let mut places = Vec::with_capacity(child.vertices.len());
-        for vertex in child.vertices {
-            let in_seam = vertices[..in_seams].binary_search_by_key(&vertex.id, |v| v.id);
-            let place = in_seam.unwrap_or(vertices.len());
-            if place == vertices.len() {
-                vertices.push(vertex);
-            }
-            places.push(place as u32);
-        }
-        let place = |v: u32| places[v as usize];
-        for (corners, bits) in child.held {
-            triangles.push(corners.map(place));
-            settled.push(true);
-            fixed.push(bits);
-        }
-        pieces.extend(child.pieces.iter().map(|piece| piece.renumbered(place)));
-        runs.extend(child.open.iter().map(|open| open.renumbered(place)));
+        joined.add(child, vertices.len());
     }
+    let vertices = joined.vertices;
     let points: Vec<Point> = vertices.iter().map(|v| v.point).collect();
-    let lines = Lines::of_children(pieces, runs, &points, (&workspace.deferral, workspace.most_sources));
+    let rules = (&*workspace.deferral, workspace.most_sources);
+    let lines = Lines::of_children(joined.pieces, joined.runs, &points, rules);
     let hull = std::mem::take(&mut workspace.mesh.hull);
     let is_on_line = workspace.mesh.triangles.is_empty();
     let mesh = Triangulation {
         hull,
-        ..glued(triangles, points.len())
+        ..glued(joined.triangles, points.len())
     };
     let mut ground = Ground::new(
         &points,
         mesh,
-        fixed,
-        settled,
+        joined.fixed,
+        joined.settled,
         is_root,
         is_on_line,
         workspace.most_sources,
@@ -160,24 +189,29 @@ pub(crate) fn constrain_node(
     let limit = if is_root { usize::MAX } else { deferral.node_limit() };
     let Outcome { done, pending } =
         ground.constrain(inserter, (lines.pieces, lines.open), (deferral, limit), vertex)?;
-    let (mesh, fixed) = ground.mesh.into_parts();
-    let states = ground.settled.iter().zip(&ground.held);
-    let all = mesh.triangles.iter().zip(fixed).zip(states);
-    let is_final = all.filter(|(_, (settled, held))| **settled && !**held);
-    let late = is_final.map(|((corners, side_bits), _)| LateTriangle {
-        corners: corners.map(vertex),
-        side_bits,
-        number: 0,
-    });
     let edges = done.into_iter().map(|piece| DoneEdge {
         ends: piece.ends.map(vertex),
         source: piece.source,
     });
     let found = Final {
-        triangles: late.collect(),
         edges: edges.collect(),
+        triangles: final_triangles(ground, vertex),
     };
     Ok((found, pending))
+}
+
+/// The triangles that are settled and not held.
+fn final_triangles(ground: Ground<'_>, vertex: impl Fn(u32) -> SeamVertex) -> Vec<LateTriangle> {
+    let (mesh, fixed) = ground.mesh.into_parts();
+    let states = ground.settled.iter().zip(&ground.held);
+    let all = mesh.triangles.iter().zip(fixed).zip(states);
+    let is_final = all.filter(|(_, (settled, held))| **settled && !**held);
+    let late = is_final.map(|((corners, side_bits), _)| LateTriangle {
+        corners: corners.map(&vertex),
+        side_bits,
+        number: 0,
+    });
+    late.collect()
 }
 
 /// Triangles with their adjacency, found by their edges, between so many vertices.

@@ -104,8 +104,8 @@ fn leads_nowhere(ground: Ground<'_>, side: HalfEdge) -> Option<usize> {
         let has_site = tile
             .corners(triangle)
             .into_iter()
-            .any(|corner| corner < tile.vertex_count() && tile.is_site(corner));
-        if triangle >= tile.core_triangle_count() || has_site || !seen.insert(triangle) {
+            .any(|corner| tile.has_vertex(corner) && tile.is_site(corner));
+        if triangle.0 >= tile.core_triangle_count() || has_site || !seen.insert(triangle) {
             return None;
         }
         let sides = HalfEdge::of_triangle(triangle).into_iter();

@@ -1,6 +1,6 @@
 //! The edges of a tile that are constraints, and why they are.
 
-use crate::geometry::HalfEdge;
+use crate::geometry::{HalfEdge, VertexIndex};
 use crate::mesh::{Topology, Twin};
 use crate::store::format::edge_source::EdgeSource;
 use crate::store::format::tile::sides::{SideBits, Sources};
@@ -123,12 +123,12 @@ impl Tile {
     }
 
     /// The corners of an edge.
-    pub(crate) fn corners_of_edge(&self, edge: TileEdge) -> [u32; 2] {
+    pub(crate) fn corners_of_edge(&self, edge: TileEdge) -> [VertexIndex; 2] {
         match (edge, &self.edges) {
             (TileEdge::HalfEdge(side), _) => [self.origin(side), self.destination(side)],
             (TileEdge::OnLine(number), Some(edges)) => {
                 let first = 2 * number as usize;
-                [first, first + 1].map(|place| edges.get(place) as u32)
+                [first, first + 1].map(|place| VertexIndex(edges.get(place) as u32))
             }
             (TileEdge::OnLine(number), None) => panic!("tile {} has no edge {number}", self.id),
         }

@@ -6,6 +6,8 @@ use std::sync::atomic::AtomicU32;
 use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering;
 
+use crate::geometry::VertexIndex;
+
 /// What queries note of a tile. It takes no memory before the first query asks.
 #[derive(Debug, Default)]
 pub(crate) struct Notes {
@@ -21,7 +23,7 @@ pub(crate) struct Marks {
     /// For each, the place in `ends` of what is noted there of it, or a number beyond.
     pub(crate) place: Vec<u32>,
     /// Two corners for some of them.
-    pub(crate) ends: Vec<[u32; 2]>,
+    pub(crate) ends: Vec<[VertexIndex; 2]>,
     /// Whether a side is a constraint that does not block.
     pub(crate) has_break_lines: bool,
 }
@@ -56,7 +58,7 @@ pub(crate) enum Noted {
 impl Notes {
     /// Bytes that the notes take at most.
     pub(crate) fn byte_size(vertices: usize, sides: usize) -> usize {
-        vertices * (size_of::<u8>() + size_of::<u32>() + size_of::<[u32; 2]>()) + sides * size_of::<NotedSide>()
+        vertices * (size_of::<u8>() + size_of::<u32>() + size_of::<[VertexIndex; 2]>()) + sides * size_of::<NotedSide>()
     }
 
     /// What is noted of the vertices, made when it is first asked for.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
-use crate::geometry::Point;
+use crate::geometry::{Point, VertexIndex};
 use crate::store::format::damage::Damage;
 use crate::store::format::directory::TileEntry;
 use crate::store::format::directory::{check_crc, verified};
@@ -16,6 +16,16 @@ use crate::store::format::tile::sides::{SideBits, Sources};
 use crate::store::format::tile::sites::Sites;
 use crate::store::format::tile::{FOREIGN, Tile};
 
+/// Checks that a part belongs to the tile and the generation that the directory says.
+fn check_identity(id: TileId, entry: &TileEntry, part: &str, tile: u32, generation: u32) -> Result<(), Damage> {
+    if (tile, generation) == (id.0, entry.generation) {
+        return Ok(());
+    }
+    Err(Damage::new(format!(
+        "the {part} is that of tile {tile}, generation {generation}"
+    )))
+}
+
 impl Tile {
     /// Checks the bytes of a tile against its entry, and every index in them; an error says what is wrong.
     pub(crate) fn open(id: TileId, entry: &TileEntry, core: &Bytes, border: &Bytes) -> Result<Self, Damage> {
@@ -23,16 +33,8 @@ impl Tile {
         check_crc("the border", border, entry.border.crc)?;
         let core_table: schema::Core<'_> = verified(core, "the core")?;
         let border_table: schema::Border<'_> = verified(border, "the border")?;
-        for (part, tile, generation) in [
-            ("core", core_table.tile(), core_table.generation()),
-            ("border", border_table.tile(), border_table.generation()),
-        ] {
-            if (tile, generation) != (id.0, entry.generation) {
-                return Err(Damage::new(format!(
-                    "the {part} is that of tile {tile}, generation {generation}"
-                )));
-            }
-        }
+        check_identity(id, entry, "core", core_table.tile(), core_table.generation())?;
+        check_identity(id, entry, "border", border_table.tile(), border_table.generation())?;
         let triangles = [entry.core_triangles, entry.border_triangles].map(|count| count as usize);
         let [core_sides, border_sides] = triangles.map(|count| 3 * count);
         let edges = border_table
@@ -157,7 +159,7 @@ impl Tile {
         if all(&self.coordinates) && self.foreign.chunks_exact(FOREIGN).all(|vertex| all(&vertex[..16])) {
             return Ok(());
         }
-        let points = (0..self.corner_count() as u32).map(|corner| self.point(corner));
+        let points = (0..self.corner_count() as u32).map(|corner| self.point(VertexIndex(corner)));
         match points.zip(0..).find(|(p, _)| !is_stored(p.x) || !is_stored(p.y)) {
             Some((p, corner)) => Err(Damage::new(format!("corner {corner} is at ({}, {})", p.x, p.y))),
             None => Ok(()),

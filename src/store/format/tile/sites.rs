@@ -2,6 +2,7 @@
 
 use bytes::Bytes;
 
+use crate::geometry::VertexIndex;
 use crate::store::format::damage::Damage;
 use crate::store::format::generated::tile as schema;
 use crate::store::format::packed::{Packed, partition_point};
@@ -10,7 +11,7 @@ use crate::store::format::packed::{Packed, partition_point};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Site<'t> {
     /// The vertex of the tile at which it lies.
-    pub vertex: u32,
+    pub vertex: VertexIndex,
     /// Its number, from 0 over all inputs.
     pub number: u64,
     /// Its id, if the input gave it one.
@@ -61,15 +62,15 @@ impl Sites {
 
     pub(crate) fn get(&self, place: usize) -> Site<'_> {
         Site {
-            vertex: self.pairs.get(2 * place) as u32,
+            vertex: VertexIndex(self.pairs.get(2 * place) as u32),
             number: self.pairs.get(2 * place + 1),
             id: self.id(place).filter(|id| !id.is_empty()),
         }
     }
 
     /// Those at a vertex.
-    pub(crate) fn at(&self, vertex: u32) -> impl Iterator<Item = Site<'_>> {
-        let first = self.first_at(vertex.into());
+    pub(crate) fn at(&self, vertex: VertexIndex) -> impl Iterator<Item = Site<'_>> {
+        let first = self.first_at(vertex.0.into());
         let sites = (first..self.len()).map(|place| self.get(place));
         sites.take_while(move |site| site.vertex == vertex)
     }
@@ -86,8 +87,8 @@ impl Sites {
         std::str::from_utf8(&text[start as usize..ends.get(place) as usize]).ok()
     }
 
-    pub(crate) fn is_site(&self, vertex: u32) -> bool {
-        let vertex = u64::from(vertex);
+    pub(crate) fn is_site(&self, vertex: VertexIndex) -> bool {
+        let vertex = u64::from(vertex.0);
         let place = self.first_at(vertex);
         place < self.len() && self.pairs.get(2 * place) == vertex
     }

@@ -1,6 +1,6 @@
 //! What a tile tells of constraints, regions and sites is what its drafts said; drafts that contradict themselves are refused.
 
-use crate::geometry::{HalfEdge, PackedHalfEdge};
+use crate::geometry::{HalfEdge, PackedHalfEdge, TriangleId, VertexIndex};
 use crate::io::Buffers;
 use crate::mesh::Twin;
 use crate::store::format::damage::Damage;
@@ -32,7 +32,7 @@ fn drafts() -> (CoreDraft, BorderDraft) {
     };
     let elsewhere = VertexId {
         tile: TileId(1),
-        index: 0,
+        index: VertexIndex(0),
     };
     let border = BorderDraft {
         vertices: 4,
@@ -105,12 +105,16 @@ fn a_tile_tells_what_its_drafts_said() {
         |what: fn(&Tile, HalfEdge) -> bool| (0..9).filter(|&side| what(&tile, HalfEdge(side))).collect::<Vec<_>>();
     assert_eq!(of_sides(|tile, side| tile.is_constraint(side)), [1, 2, 3, 5, 6, 8]);
     assert_eq!(of_sides(|tile, side| tile.is_wall(side)), [2, 3, 5, 6]);
-    assert_eq!([0, 1, 2].map(|t| tile.region(t)), [70_000, 9, 3]);
-    assert_eq!([0, 1, 2].map(|t| tile.depth(t)), [1, 0, -2]);
-    assert_eq!([0, 1, 2].map(|t| tile.is_hole(t)), [true, false, false]);
-    let sites: Vec<_> = tile.sites().map(|site| (site.vertex, site.number, site.id)).collect();
+    let triangles = [0, 1, 2].map(TriangleId);
+    assert_eq!(triangles.map(|t| tile.region(t)), [70_000, 9, 3]);
+    assert_eq!(triangles.map(|t| tile.depth(t)), [1, 0, -2]);
+    assert_eq!(triangles.map(|t| tile.is_hole(t)), [true, false, false]);
+    let sites: Vec<_> = tile.sites().map(|site| (site.vertex.0, site.number, site.id)).collect();
     assert_eq!(sites, [(0, 4, None), (2, 0, Some("pump")), (2, 900, Some("é"))]);
-    assert_eq!([0, 1, 2, 3].map(|v| tile.is_site(v)), [true, false, true, false]);
+    assert_eq!(
+        [0, 1, 2, 3].map(|v| tile.is_site(VertexIndex(v))),
+        [true, false, true, false]
+    );
     assert_eq!(tile.site_count(), 3);
 }
 
@@ -149,8 +153,8 @@ fn what_is_absent_is_free_and_of_region_0() {
             .map(HalfEdge)
             .all(|side| !tile.is_wall(side) && tile.edge_sources(side).count() == 0)
     );
-    assert!((0..3).all(|t| tile.component(t) == Component::default()));
-    assert!(tile.sites().next().is_none() && (0..4).all(|v| !tile.is_site(v)));
+    assert!(tile.triangle_ids().all(|t| tile.component(t) == Component::default()));
+    assert!(tile.sites().next().is_none() && tile.vertex_indices().all(|v| !tile.is_site(v)));
     // What says no more than that takes no room.
     let (mut core, mut border) = drafts();
     core.components = vec![0; 2];
@@ -175,7 +179,7 @@ fn depths_of_all_sizes() {
             depth,
             ..Component::default()
         }];
-        assert_eq!(open(&(core, border)).unwrap().depth(2), depth);
+        assert_eq!(open(&(core, border)).unwrap().depth(TriangleId(2)), depth);
     }
 }
 
@@ -302,7 +306,7 @@ fn nonsense_is_refused_or_harmless() {
             let sources = tile.edge_sources(side).filter(|source| source.is_wall()).count();
             assert!(sources < 1000 && (tile.is_constraint(side) || !tile.is_wall(side)));
         }
-        for triangle in 0..tile.triangle_count() {
+        for triangle in tile.triangle_ids() {
             let told = (tile.region(triangle), tile.depth(triangle), tile.is_hole(triangle));
             let Component { region, depth, is_hole } = tile.component(triangle);
             assert_eq!(told, (region, depth, is_hole));

@@ -1,6 +1,6 @@
 //! How the triangles of a tile lie beside each other.
 
-use crate::geometry::{HalfEdge, Point};
+use crate::geometry::{HalfEdge, Point, VertexIndex};
 use crate::mesh::{Embedded, Topology, Twin};
 use crate::store::format::packed::{Packed, partition_point};
 use crate::store::format::tile::Tile;
@@ -9,12 +9,13 @@ impl Tile {
     /// The corner that a half-edge starts at.
     #[inline]
     #[must_use]
-    pub fn origin(&self, half_edge: impl Into<HalfEdge>) -> u32 {
-        let side = half_edge.into().index();
-        match side.checked_sub(self.triangles.len()) {
-            None => self.triangles.get(side) as u32,
-            Some(side) => self.border_triangles.get(side) as u32,
-        }
+    pub fn origin(&self, half_edge: HalfEdge) -> VertexIndex {
+        let side = half_edge.index();
+        let corner = match side.checked_sub(self.triangles.len()) {
+            None => self.triangles.get(side),
+            Some(side) => self.border_triangles.get(side),
+        };
+        VertexIndex(corner as u32)
     }
 
     /// What lies on the other side of the edge of a half-edge. [`Twin::Elsewhere`] is a triangle that no vertex of this
@@ -41,12 +42,12 @@ impl Tile {
 
     /// A half-edge that leaves a vertex of the tile, if it has any triangles.
     #[must_use]
-    pub fn leaving(&self, vertex: u32) -> Option<HalfEdge> {
-        let side = self.vertex_sides.get(vertex as usize);
+    pub fn leaving(&self, vertex: VertexIndex) -> Option<HalfEdge> {
+        let side = self.vertex_sides.get(vertex.index());
         if side != self.vertex_sides.largest() {
             return Some(HalfEdge(side as u32));
         }
-        find(&self.border_vertex_sides, vertex.into())
+        find(&self.border_vertex_sides, vertex.0.into())
     }
 }
 
@@ -57,7 +58,7 @@ impl Topology for Tile {
     }
 
     #[inline]
-    fn origin(&self, half_edge: HalfEdge) -> u32 {
+    fn origin(&self, half_edge: HalfEdge) -> VertexIndex {
         Self::origin(self, half_edge)
     }
 
@@ -70,7 +71,7 @@ impl Topology for Tile {
 /// Vertices are corners: those of other tiles have numbers too.
 impl Embedded for Tile {
     #[inline]
-    fn point(&self, corner: u32) -> Point {
+    fn point(&self, corner: VertexIndex) -> Point {
         Self::point(self, corner)
     }
 }

@@ -1,6 +1,6 @@
 //! Files of points on one line that are wrong in one thing each.
 
-use crate::geometry::Point;
+use crate::geometry::{Point, VertexIndex};
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::ids::{TileId, VertexId};
 use crate::store::verify::tests::model::{Model, pair};
@@ -22,7 +22,7 @@ fn model(tile_vertices: usize) -> Model {
 fn vertex(model: &Model, step: usize) -> VertexId {
     let tiles = (0..).map(TileId).zip(&model.tiles);
     let mut found = tiles.filter_map(|(tile, its)| {
-        let index = its.points.iter().position(|&p| p == at(step))? as u32;
+        let index = VertexIndex(its.points.iter().position(|&p| p == at(step))? as u32);
         Some(VertexId { tile, index })
     });
     found.next().unwrap()

@@ -1,6 +1,6 @@
 //! Lines and sites that are wrong in one thing each, in the file or in the input.
 
-use crate::geometry::Point;
+use crate::geometry::{Point, VertexIndex};
 use crate::input::{SiteBatch, SiteId};
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::ids::VertexId;
@@ -101,7 +101,7 @@ impl Town {
     fn edge(&self, from: (f64, f64), to: (f64, f64)) -> [VertexId; 2] {
         let vertex = |p: Point| {
             let found = self.model.tiles.iter().zip(0..).find_map(|(tile, number)| {
-                let index = tile.points.iter().position(|&q| q == p)? as u32;
+                let index = VertexIndex(tile.points.iter().position(|&q| q == p)? as u32);
                 let tile = crate::store::format::ids::TileId(number);
                 Some(VertexId { tile, index })
             });

@@ -76,7 +76,10 @@ impl ModelTile {
     }
 
     fn of(tile: &Tile) -> Self {
-        let all = || (0..tile.triangle_count()).map(|t| (t, smallest_first(tile.vertices(t).map(|v| v.id))));
+        let all = || {
+            tile.triangle_ids()
+                .map(|t| (t, smallest_first(tile.vertices(t).map(|v| v.id))))
+        };
         let edge = |side: TileEdge| tile.ends(side).map(|v| v.id);
         let unordered = |side: TileEdge| pair(edge(side)[0], edge(side)[1]);
         let sides = || tile.half_edges().map(TileEdge::HalfEdge);
@@ -89,11 +92,11 @@ impl ModelTile {
             points: tile.points().collect(),
             z: vec![1.0; tile.vertex_count() as usize],
             core: all()
-                .filter(|(t, _)| *t < tile.core_triangle_count())
+                .filter(|(t, _)| t.0 < tile.core_triangle_count())
                 .map(|(_, t)| t)
                 .collect(),
             border: all()
-                .filter(|(t, _)| *t >= tile.core_triangle_count())
+                .filter(|(t, _)| t.0 >= tile.core_triangle_count())
                 .map(|(_, t)| t)
                 .collect(),
             beliefs: HashMap::new(),
@@ -104,7 +107,7 @@ impl ModelTile {
             walls: sides().filter(|&side| tile.is_wall(side)).map(unordered).collect(),
             sources: sources.collect(),
             labels: all().map(|(t, named)| (named, tile.component(t))).collect(),
-            sites: tile.sites().map(|site| (site.vertex, site.number)).collect(),
+            sites: tile.sites().map(|site| (site.vertex.0, site.number)).collect(),
         }
     }
 }
@@ -157,7 +160,7 @@ impl Model {
     }
 
     pub(super) fn point(&self, v: VertexId) -> Point {
-        self.tiles[v.tile.0 as usize].points[v.index as usize]
+        self.tiles[v.tile.0 as usize].points[v.index.index()]
     }
 
     /// All triangles, each once.
@@ -246,7 +249,7 @@ impl Model {
         foreign.dedup();
         let corner = |v: VertexId| match foreign.binary_search(&v) {
             Ok(place) => own + place as u32,
-            Err(_) => v.index,
+            Err(_) => v.index.0,
         };
         let at = |v: VertexId| tile.beliefs.get(&v).copied().unwrap_or_else(|| self.point(v));
         let triangles: Vec<[u32; 3]> = tile.core.iter().chain(&tile.border).map(|t| t.map(corner)).collect();
@@ -338,7 +341,7 @@ impl Model {
             triangles.iter().map(place).collect()
         };
         let [core_components, border_components] = [&tile.core, &tile.border].map(|t| components(t));
-        let in_core: HashSet<u32> = tile.core.iter().flatten().map(|v| v.index).collect();
+        let in_core: HashSet<u32> = tile.core.iter().flatten().map(|v| v.index.0).collect();
         let mut leaving: Vec<(u32, u32)> = triangles[tile.core.len()..]
             .as_flattened()
             .iter()

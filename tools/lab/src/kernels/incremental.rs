@@ -15,7 +15,7 @@ use std::time::Duration;
 
 use cpu_time::ThreadTime;
 
-use delaunay_tiles::geometry::{HalfEdge, Orientation, Point, Rect, in_circle, orient2d};
+use delaunay_tiles::geometry::{HalfEdge, Orientation, Point, Rect, TriangleId, in_circle, orient2d};
 use delaunay_tiles::mesh::{Engine, Triangulation};
 
 use super::hilbert::Curve;
@@ -313,7 +313,9 @@ impl Incremental {
             mesh.triangles.push(triangle.corners.map(|v| self.indices[v as usize]));
             mesh.neighbours.push(triangle.twins.map(|twin| {
                 let number = self.renumbered[twin.triangle()];
-                number.map(|number| HalfEdge::new(number, twin.corner() as u32)).into()
+                number
+                    .map(|number| HalfEdge::new(TriangleId(number), twin.corner() as u32))
+                    .into()
             }));
         }
         let first = ghost_edge.expect("a triangulation has a hull");

@@ -1,6 +1,6 @@
 //! One tile in full.
 
-use delaunay_tiles::geometry::HalfEdge;
+use delaunay_tiles::geometry::{HalfEdge, TriangleId};
 use delaunay_tiles::mesh::Twin;
 use delaunay_tiles::store::{Tile, TileReader};
 use serde::Serialize;
@@ -64,8 +64,8 @@ impl WholeTile {
         let (id, number) = (tile.id().0, tile.id().0 as usize);
         let finite = |v: f64| v.is_finite().then_some(v);
         let cell = directory.tree.cells()[number];
-        let vertices = (0..tile.vertex_count()).map(|index| VertexRow {
-            index,
+        let vertices = tile.vertex_indices().map(|index| VertexRow {
+            index: index.0,
             x: tile.point(index).x,
             y: tile.point(index).y,
             z: tile.z(index),
@@ -80,9 +80,7 @@ impl WholeTile {
                 max_y: finite(cell.max_y),
             },
             vertex_list: vertices.collect(),
-            triangle_list: (0..tile.triangle_count())
-                .map(|number| triangle(tile, number))
-                .collect(),
+            triangle_list: tile.triangle_ids().map(|id| triangle(tile, id)).collect(),
         }
     }
 
@@ -176,21 +174,21 @@ impl WholeTile {
     }
 }
 
-fn triangle(tile: &Tile, number: u32) -> TriangleRow {
+fn triangle(tile: &Tile, triangle: TriangleId) -> TriangleRow {
     TriangleRow {
-        number,
-        corners: tile.vertices(number).map(|v| (v.id.tile.0, v.id.index)),
-        neighbours: HalfEdge::of_triangle(number).map(|side| match tile.twin(side) {
-            Twin::HalfEdge(twin) => Neighbour::Triangle(twin.triangle()),
+        number: triangle.0,
+        corners: tile.vertices(triangle).map(|v| (v.id.tile.0, v.id.index.0)),
+        neighbours: HalfEdge::of_triangle(triangle).map(|side| match tile.twin(side) {
+            Twin::HalfEdge(twin) => Neighbour::Triangle(twin.triangle().0),
             Twin::Elsewhere => Neighbour::None("elsewhere"),
             Twin::Hull => Neighbour::None("hull"),
         }),
-        part: if number < tile.core_triangle_count() {
+        part: if triangle.0 < tile.core_triangle_count() {
             "core"
         } else {
             "border"
         },
-        owned: tile.owns(number),
+        owned: tile.owns(triangle),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The picture of an answer: what is in the way, what was searched, and what was found.
 
-use delaunay_tiles::geometry::{HalfEdge, Point, Rect};
+use delaunay_tiles::geometry::{HalfEdge, Point, Rect, TriangleId};
 use delaunay_tiles::mesh::Twin;
 use delaunay_tiles::store::{Tile, TileId, TileReader};
 
@@ -106,7 +106,7 @@ impl Ground {
         Ok(this)
     }
 
-    fn take(&mut self, tile: &Tile, triangle: u32, page: &Page, view: Rect) {
+    fn take(&mut self, tile: &Tile, triangle: TriangleId, page: &Page, view: Rect) {
         let corners = tile.triangle_points(triangle);
         let around = Rect::around(corners);
         let (width, height) = around.size();

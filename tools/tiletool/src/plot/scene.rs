@@ -3,7 +3,7 @@
 use std::collections::BinaryHeap;
 
 use anyhow::ensure;
-use delaunay_tiles::geometry::{HalfEdge, Point, Rect};
+use delaunay_tiles::geometry::{HalfEdge, Point, Rect, TriangleId};
 use delaunay_tiles::mesh::{EngineKind, Triangulation};
 use delaunay_tiles::store::{Tile, TileEdge, TileReader, Vertex};
 use distributions::mix;
@@ -75,7 +75,7 @@ impl Scene {
         let mut tiles = reader.tiles();
         while let Some(tile) = tiles.try_next().await? {
             let first = scene.points.len() as u32;
-            scene.sites.extend(tile.sites().map(|site| first + site.vertex));
+            scene.sites.extend(tile.sites().map(|site| first + site.vertex.0));
             scene.points.extend(tile.points());
             // Without triangles, edges stand alone.
             for edge in tile.owned_constraints().filter(|_| tile.triangle_count() == 0) {
@@ -107,13 +107,13 @@ impl Scene {
     }
 
     /// Takes what is to be told of a triangle: its constraints, whether it is of a border, and whether of a hole.
-    fn take_triangle(&mut self, tile: &Tile, triangle: u32, corners: [u32; 3]) {
+    fn take_triangle(&mut self, tile: &Tile, triangle: TriangleId, corners: [u32; 3]) {
         let sides = (0..3).map(|side| HalfEdge::new(triangle, side));
         for (side, place) in sides.zip(0..).filter(|&(side, _)| tile.is_constraint(side)) {
             let [a, b] = [corners[place], corners[(place + 1) % 3]];
             self.lines(tile, side).push([a.min(b), a.max(b)]);
         }
-        if triangle >= tile.core_triangle_count() {
+        if triangle.0 >= tile.core_triangle_count() {
             self.border.push(corners);
         }
         if tile.is_hole(triangle) {
@@ -197,12 +197,12 @@ impl<'a> Numbers<'a> {
         for (number, Vertex { id, .. }) in numbers.iter_mut().zip(vertices) {
             let entry = self.reader.directory().tiles.get(id.tile.0 as usize);
             ensure!(
-                entry.is_some_and(|entry| id.index < entry.vertices),
+                entry.is_some_and(|entry| id.index.0 < entry.vertices),
                 "{}: tile {} names vertex {id}, which is not there",
                 self.reader.name(),
                 tile.id()
             );
-            *number = self.first_of[id.tile.0 as usize] + id.index;
+            *number = self.first_of[id.tile.0 as usize] + id.index.0;
         }
         Ok(numbers)
     }

@@ -7,13 +7,13 @@ const NONE: u32 = u32::MAX;
 
 /// A hash table of points by their coordinates, with open addressing: a leaf looks up both ends of each of its segments.
 #[derive(Debug)]
-pub(crate) struct VertexIndex<'a> {
+pub(crate) struct PointTable<'a> {
     points: &'a [Point],
     /// The number of a point, or [`NONE`]; twice as many as points at least, and a power of two.
     slots: Vec<u32>,
 }
 
-impl<'a> VertexIndex<'a> {
+impl<'a> PointTable<'a> {
     /// Of distinct points.
     pub(crate) fn new(points: &'a [Point]) -> Self {
         let mut this = Self {
@@ -70,12 +70,12 @@ mod tests {
                 .collect::<Vec<_>>()
         });
         for points in grids {
-            let index = VertexIndex::new(&points);
+            let index = PointTable::new(&points);
             for (&point, number) in points.iter().zip(0..) {
                 assert_eq!(index.at(point), Some(number));
                 assert_eq!(index.at(Point::new(point.x, -1.0 - point.y)), None);
             }
         }
-        assert_eq!(VertexIndex::new(&[]).at(Point::new(0.0, 0.0)), None);
+        assert_eq!(PointTable::new(&[]).at(Point::new(0.0, 0.0)), None);
     }
 }
