@@ -2,7 +2,7 @@
 //! randomized point location without preprocessing", 1996), from tile to tile.
 
 use super::location::{Location, TriangleRef};
-use crate::geometry::{HalfEdge, Point};
+use crate::geometry::{HalfEdge, Point, VertexIndex};
 use crate::mesh::{Walk, WalkEnd};
 use crate::query::request::{Contradiction, QueryError, Tiles, side_towards};
 use crate::store::{Tile, TileId, VertexId};
@@ -99,7 +99,9 @@ impl Locate {
             dx * dx + dy * dy
         };
         // The nearest of a few; their vertices are in Morton order, so these are spread evenly.
-        let sample = tile.vertex_indices().step_by(apart(tile.vertex_count()));
+        let sample = (0..tile.vertex_count())
+            .step_by(apart(tile.vertex_count()))
+            .map(VertexIndex);
         let nearest = sample.min_by(|&p, &q| square(tile.point(p)).total_cmp(&square(tile.point(q))));
         if let Some(side) = nearest.and_then(|vertex| tile.leaving(vertex)) {
             return Start::From(side);
