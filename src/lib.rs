@@ -69,6 +69,8 @@
 //! `.node` and `.poly` files are always there. `object-store`: tile files on web servers and in S3.
 //! `serde`: answers and summaries serialise. `baselines`: other methods for the same queries, to measure against.
 
+#![cfg_attr(test, allow(clippy::too_many_lines))]
+
 mod collections;
 pub mod constraints;
 pub mod edit;

@@ -3,6 +3,8 @@
 //! What would disturb other tests of the same process has a program of its own: `object_store` measures this process's memory,
 //! `refused_ring` has the system refuse calls, and in `concurrency` a checker of interleavings takes the place of the scheduler.
 
+#![allow(clippy::too_many_lines)]
+
 #[path = "../support/mod.rs"]
 mod support;
 

@@ -1,4 +1,6 @@
 //! A web server of one file, with faults. The attack `web` of `tools/attacks` uses it too.
+
+#![allow(clippy::too_many_lines)]
 #![allow(dead_code, reason = "each user uses its part")]
 
 use std::io::{BufRead, BufReader, Write};

@@ -5,8 +5,8 @@ use crate::constraints::seeds::Seeds;
 use crate::constraints::segment::Segment;
 use crate::geometry::{HalfEdge, MortonSquare, PackedHalfEdge, Point, Rect, TriangleId, VertexIndex};
 use crate::input::SiteId;
+use crate::mesh::NONE;
 use crate::mesh::point_table::PointTable;
-use crate::mesh::{NONE, Topology};
 use crate::pipeline::conquer::components::Components;
 use crate::pipeline::conquer::constrain::constrain_leaf;
 use crate::pipeline::conquer::constrain::refusal::Refusal;
@@ -331,28 +331,25 @@ fn core_triangles(workspace: &Workspace, core: &mut CoreDraft) -> Vec<OpenSide> 
         }
         let corners = mesh.triangles[triangle as usize];
         let bits = workspace.side_bits.get(triangle as usize).copied().unwrap_or(0);
-        let sides = HalfEdge::of_triangle(TriangleId(triangle));
-        let neighbours: [Option<HalfEdge>; 3] = sides.map(|side| {
-            let twin = mesh.twin(side).half_edge()?;
-            match renumbered[twin.triangle().index()] {
-                NONE => None,
-                other => Some(HalfEdge::new(TriangleId(other), twin.corner())),
+        let mut neighbours = [PackedHalfEdge::NONE; 3];
+        for (s, twin) in mesh.neighbours[triangle as usize].iter().enumerate() {
+            let other = twin.get().map_or(NONE, |twin| renumbered[twin.triangle().index()]);
+            match twin.get().filter(|_| other != NONE) {
+                Some(twin) => neighbours[s] = HalfEdge::new(TriangleId(other), twin.corner()).into(),
+                None => open_sides.push(OpenSide {
+                    from: corners[s],
+                    to: corners[(s + 1) % 3],
+                    side: HalfEdge::new(TriangleId(core.triangles.len() as u32), s as u32),
+                    is_constraint: bits >> s & 1 == 1,
+                    component: 0,
+                }),
             }
-        });
-        for (s, _) in neighbours.iter().enumerate().filter(|(_, twin)| twin.is_none()) {
-            open_sides.push(OpenSide {
-                from: corners[s],
-                to: corners[(s + 1) % 3],
-                side: HalfEdge::new(TriangleId(core.triangles.len() as u32), s as u32),
-                is_constraint: bits >> s & 1 == 1,
-                component: 0,
-            });
         }
         if !workspace.side_bits.is_empty() {
             core.constraints.push(bits);
         }
         core.triangles.push(corners);
-        core.neighbours.push(neighbours.map(PackedHalfEdge::from));
+        core.neighbours.push(neighbours);
     }
     open_sides
 }

@@ -1,5 +1,7 @@
 //! The tool as its user meets it. All tests run it in processes of their own.
 
+#![allow(clippy::too_many_lines)]
+
 #[path = "../support/mod.rs"]
 mod support;
 
