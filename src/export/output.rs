@@ -10,7 +10,7 @@ use super::error::{Contradiction, ExportError};
 use super::numbering::Numbering;
 use super::options::ExportOptions;
 use super::part::{Cut, PIECE_BYTES, Part};
-use crate::store::{Needs, Plan, ReadError, TileId, TileReader, spawn};
+use crate::store::{Needs, PassPlan, ReadError, TileId, TileReader, spawn};
 
 /// Bytes that are written at once, at least, but for the last.
 const BUFFER: usize = 1 << 20;
@@ -187,7 +187,7 @@ impl<'a> Job<'a> {
         &mut self,
         output: &mut Output<W>,
         tiles: impl Stream<Item = Result<Vec<Part>, ReadError>> + Unpin,
-        plan: Plan,
+        plan: PassPlan,
         separator: &[u8],
         format: F,
     ) -> Result<u64, ExportError>

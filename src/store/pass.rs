@@ -82,14 +82,14 @@ impl Needs {
 
 /// How much a pass does at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Plan {
+pub(crate) struct PassPlan {
     /// Tiles in memory.
     pub(crate) tiles: usize,
     /// Threads that compute.
     pub(crate) threads: usize,
 }
 
-impl Plan {
+impl PassPlan {
     /// As much as `memory` allows and the machine has use for. An error says how many bytes are needed at least.
     fn new(directory: &Directory, memory: Option<u64>, needs: Needs, processors: usize) -> Result<Self, u64> {
         let Cost {
@@ -176,9 +176,9 @@ impl TileReader {
     ///
     /// # Errors
     /// If the memory that the reader may use does not suffice for one tile.
-    pub(crate) fn plan(&self, needs: Needs) -> Result<Plan, ReadError> {
+    pub(crate) fn plan(&self, needs: Needs) -> Result<PassPlan, ReadError> {
         let processors = available_parallelism().map_or(1, usize::from);
-        Plan::new(self.directory(), self.memory(), needs, processors).map_err(|needed| self.too_little_memory(needed))
+        PassPlan::new(self.directory(), self.memory(), needs, processors).map_err(|needed| self.too_little_memory(needed))
     }
 
     /// Bytes of the largest tile.
@@ -215,7 +215,7 @@ impl TileReader {
     pub(crate) fn pass(
         &self,
         ids: Vec<TileId>,
-        plan: Plan,
+        plan: PassPlan,
     ) -> impl Stream<Item = Result<TileInPass, ReadError>> + Send + Unpin + 'static {
         let (reader, slots) = (Passing(self.clone()), Arc::new(Semaphore::new(plan.tiles)));
         let mut borders = self.borders_ahead(ids.len());
@@ -252,7 +252,7 @@ impl TileReader {
     pub(crate) fn for_some_tiles<G, T, F>(
         &self,
         tiles: Vec<(TileId, G)>,
-        plan: Plan,
+        plan: PassPlan,
         compute: F,
     ) -> impl Stream<Item = Result<T, ReadError>> + Send + Unpin + use<G, T, F>
     where
@@ -348,14 +348,14 @@ mod tests {
         };
         let least = needs.least(&directory);
         assert_eq!(least, 18 * MEBIBYTE + 4 * DIRECTORY_BYTES);
-        let plan = |memory| Plan::new(&directory, memory, needs, 4);
+        let plan = |memory| PassPlan::new(&directory, memory, needs, 4);
         assert_eq!(plan(Some(least - 1)), Err(least));
         assert_eq!(plan(Some(0)), Err(least));
-        assert_eq!(plan(Some(least)), Ok(Plan { tiles: 1, threads: 1 }));
-        let all = Plan { tiles: 16, threads: 4 };
+        assert_eq!(plan(Some(least)), Ok(PassPlan { tiles: 1, threads: 1 }));
+        let all = PassPlan { tiles: 16, threads: 4 };
         assert_eq!(plan(None), Ok(all));
         assert_eq!(plan(Some(u64::MAX)), Ok(all));
-        let mut before = Plan { tiles: 1, threads: 1 };
+        let mut before = PassPlan { tiles: 1, threads: 1 };
         for memory in (least..least + 200 * MEBIBYTE).step_by(MEBIBYTE as usize) {
             let plan = plan(Some(memory)).unwrap();
             assert!(plan.tiles >= plan.threads && plan.threads >= before.threads);
@@ -369,7 +369,7 @@ mod tests {
     #[test]
     fn files_without_tiles_or_with_empty_ones_have_plans() {
         for directory in [directory(&[]), directory(&[0])] {
-            let plan = Plan::new(&directory, Some(MEBIBYTE), Needs::default(), 2).unwrap();
+            let plan = PassPlan::new(&directory, Some(MEBIBYTE), Needs::default(), 2).unwrap();
             assert_eq!(plan.threads, 2);
             assert!((2..=66).contains(&plan.tiles));
         }

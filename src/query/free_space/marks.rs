@@ -1,10 +1,10 @@
 //! What is true of each vertex of a tile, noted for all searches when the first one asks.
 
-use super::ground::Ground;
+use super::space::FreeSpace;
 use crate::geometry::{Orientation, Point, VertexIndex, orient2d};
 use crate::mesh::Twin;
 use crate::query::request::Contradiction;
-use crate::store::Marks;
+use crate::store::VertexNotes;
 
 /// What is true of a vertex. It takes one byte, since each vertex of all tiles in the cache has one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,12 +34,12 @@ impl Mark {
     }
 }
 
-impl<'t> Ground<'t> {
+impl<'t> FreeSpace<'t> {
     /// What is true of a vertex, if the tile has one of this number. Where the tile contradicts itself, the star says so when it is
     /// walked round.
     #[inline]
     pub(crate) fn mark(self, vertex: VertexIndex) -> Option<Mark> {
-        self.marks().of_vertices.get(vertex.index()).copied().map(Mark)
+        self.marks().marks.get(vertex.index()).copied().map(Mark)
     }
 
     /// Whether the tile has break lines.
@@ -48,15 +48,15 @@ impl<'t> Ground<'t> {
     }
 
     /// What is true of each vertex of the tile, and the neighbours at the right and left end of the sector in which it turns.
-    fn marks(self) -> &'t Marks {
-        self.tile.notes().marks(|| self.find_marks())
+    fn marks(self) -> &'t VertexNotes {
+        self.tile.notes().vertices(|| self.find_marks())
     }
 
     /// Whether a straight way from a point to a vertex of the tile that turns may go on round what is beside it. It may not if both ends
     /// of the sector face the point.
     pub(crate) fn can_turn(self, from: Point, vertex: VertexIndex) -> bool {
         let marks = self.marks();
-        let Some(ends) = marks.ends.get(marks.place[vertex.index()] as usize) else {
+        let Some(ends) = marks.ends.get(marks.ends_index[vertex.index()] as usize) else {
             return true;
         };
         let at = self.point(vertex);
@@ -64,7 +64,7 @@ impl<'t> Ground<'t> {
         turn(ends[1]) != Orientation::Clockwise || turn(ends[0]) != Orientation::CounterClockwise
     }
 
-    fn find_marks(self) -> Marks {
+    fn find_marks(self) -> VertexNotes {
         const TOUCHED: u8 = 128;
         let vertices = self.tile.vertex_count() as usize;
         let mut marks = vec![SINGLE; vertices];
@@ -72,20 +72,20 @@ impl<'t> Ground<'t> {
             marks[site.vertex.index()] |= SITE;
         }
         let mut has_break_lines = false;
-        for side in self.tile.constraint_half_edges() {
-            has_break_lines |= !self.tile.is_wall(side);
-            let is_blocked = self.tile.is_wall(side)
-                || match self.tile.twin(side) {
-                    Twin::HalfEdge(other) => self.is_free(side.triangle()) != self.is_free(other.triangle()),
-                    Twin::Hull | Twin::Elsewhere => self.is_free(side.triangle()) != self.outside_is_free,
+        for half_edge in self.tile.constraint_half_edges() {
+            has_break_lines |= !self.tile.is_wall(half_edge);
+            let is_blocked = self.tile.is_wall(half_edge)
+                || match self.tile.twin(half_edge) {
+                    Twin::HalfEdge(other) => self.is_free(half_edge.triangle()) != self.is_free(other.triangle()),
+                    Twin::Hull | Twin::Elsewhere => self.is_free(half_edge.triangle()) != self.outside_is_free,
                 };
-            let ends = [side, side.next()].map(|side| self.tile.origin(side));
+            let ends = [half_edge, half_edge.next()].map(|half_edge| self.tile.origin(half_edge));
             for end in ends.into_iter().filter(|&end| is_blocked && self.tile.has_vertex(end)) {
                 marks[end.index()] |= TOUCHED;
             }
         }
         let mut ends = Vec::new();
-        let mut place = vec![u32::MAX; vertices];
+        let mut ends_index = vec![u32::MAX; vertices];
         for (vertex, mark) in self.tile.vertex_indices().zip(&mut marks) {
             if *mark & TOUCHED == 0 {
                 continue;
@@ -96,16 +96,16 @@ impl<'t> Ground<'t> {
                     *mark |= if sectors == 1 { SINGLE } else { 0 };
                     if let Some(of_turning) = turning {
                         *mark |= TURNING;
-                        place[vertex.index()] = ends.len() as u32;
+                        ends_index[vertex.index()] = ends.len() as u32;
                         ends.push(of_turning);
                     }
                 }
                 Err(_) => *mark |= TURNING,
             }
         }
-        Marks {
-            of_vertices: marks,
-            place,
+        VertexNotes {
+            marks,
+            ends_index,
             ends,
             has_break_lines,
         }

@@ -21,7 +21,7 @@ use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::packed::Packed;
 pub use edges::TileEdge;
 use notes::Notes;
-pub(crate) use notes::{Marks, Noted, NotedSide, NotedSides};
+pub(crate) use notes::{VertexNotes, NoteKind, HalfEdgeNote, HalfEdgeNotes};
 pub(crate) use regions::Component;
 use regions::Regions;
 use sides::{SideBits, Sources};

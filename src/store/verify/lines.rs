@@ -33,7 +33,7 @@ use crate::store::error::ReadError;
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::ids::TileId;
 use crate::store::format::tile::Tile;
-use crate::store::pass::{Needs, Plan, Workspaces, by_tile, list_for, spawn};
+use crate::store::pass::{Needs, PassPlan, Workspaces, by_tile, list_for, spawn};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
 use crate::store::verify::marks::Marks;
@@ -129,7 +129,7 @@ impl TileReader {
     }
 
     /// How to pass over the tiles, and how many segments to look for at once.
-    fn plan_lines(&self, counts: &[u32]) -> Result<(Plan, usize), ReadError> {
+    fn plan_lines(&self, counts: &[u32]) -> Result<(PassPlan, usize), ReadError> {
         const BYTES: u64 = size_of::<Sought>() as u64 + PLACES * size_of::<Place>() as u64;
         let entries = counts.iter().map(|&count| u64::from(count));
         let (total, most) = (entries.clone().sum(), entries.max().unwrap_or(0));
@@ -148,7 +148,7 @@ impl TileReader {
         &self,
         mut next: impl FnMut(&mut LineBatch) -> Result<bool, E>,
         counts: Vec<u32>,
-        plan: Plan,
+        plan: PassPlan,
         at_once: usize,
     ) -> Result<VerifyReport, VerifyError> {
         let directory = self.directory();
@@ -205,7 +205,7 @@ impl TileReader {
         &self,
         mut part: Part,
         surplus: &mut Option<Surplus>,
-        plan: Plan,
+        plan: PassPlan,
         marks: &Arc<Marks>,
         workspaces: &Arc<Workspaces<Workspace>>,
     ) -> Result<Part, VerifyError> {

@@ -10,7 +10,7 @@ use crate::store::error::ReadError;
 use crate::store::format::directory::Directory;
 use crate::store::format::ids::TileId;
 use crate::store::format::tile::Tile;
-use crate::store::pass::{Needs, Plan, Workspaces, by_tile, list_for, spawn};
+use crate::store::pass::{Needs, PassPlan, Workspaces, by_tile, list_for, spawn};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{VerifyError, VerifyReport};
 
@@ -107,7 +107,7 @@ impl TileReader {
     }
 
     /// How to pass over the tiles, and how many points to look up at once.
-    fn plan_points(&self) -> Result<(Plan, usize), ReadError> {
+    fn plan_points(&self) -> Result<(PassPlan, usize), ReadError> {
         let directory = self.directory();
         let needs = |points: u64| Needs {
             fixed: Seen::byte_size(directory) + points * size_of::<Sought>() as u64,
@@ -127,7 +127,7 @@ impl TileReader {
         &self,
         mut sought: Vec<Sought>,
         seen: &mut Seen,
-        plan: Plan,
+        plan: PassPlan,
         vertices: &Arc<Workspaces<Vertices>>,
     ) -> Result<Vec<Sought>, VerifyError> {
         let sorted = spawn(move || {

@@ -13,7 +13,7 @@ use crate::input::{SiteBatch, SiteId};
 use crate::store::error::ReadError;
 use crate::store::format::tile::Tile;
 use crate::store::format::tile::sites::Site;
-use crate::store::pass::{Needs, Plan, Workspaces, by_tile, list_for, spawn};
+use crate::store::pass::{Needs, PassPlan, Workspaces, by_tile, list_for, spawn};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{VerifyError, VerifyReport};
 use crate::store::verify::marks::Marks;
@@ -72,7 +72,7 @@ impl TileReader {
     }
 
     /// How to pass over the tiles, and how many sites to look up at once.
-    fn plan_sites(&self, counts: &[u32]) -> Result<(Plan, usize), ReadError> {
+    fn plan_sites(&self, counts: &[u32]) -> Result<(PassPlan, usize), ReadError> {
         const BYTES: u64 = size_of::<Sought>() as u64;
         let sites = counts.iter().map(|&count| u64::from(count));
         let (total, most) = (sites.clone().sum(), sites.max().unwrap_or(0));
@@ -89,7 +89,7 @@ impl TileReader {
         &self,
         mut next: impl FnMut(&mut SiteBatch) -> Result<bool, E>,
         counts: Vec<u32>,
-        plan: Plan,
+        plan: PassPlan,
         at_once: usize,
     ) -> Result<VerifyReport, VerifyError> {
         let directory = self.directory();
@@ -145,7 +145,7 @@ impl TileReader {
     async fn find_sites(
         &self,
         mut sought: Vec<Sought>,
-        plan: Plan,
+        plan: PassPlan,
         marks: &Arc<Marks>,
         hashes: &Arc<Workspaces<Hashes>>,
     ) -> Result<Vec<Sought>, VerifyError> {

@@ -12,7 +12,7 @@ use crate::store::error::ReadError;
 use crate::store::format::directory::Directory;
 use crate::store::format::ids::TileId;
 use crate::store::format::tile::Tile;
-use crate::store::pass::{Needs, Plan, Workspaces};
+use crate::store::pass::{Needs, PassPlan, Workspaces};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
 use crate::store::verify::tile::{Expected, Places, TileReport};
@@ -84,7 +84,7 @@ impl TileReader {
         needs: impl Fn(u64) -> Needs,
         range: Range<u64>,
         bytes: u64,
-    ) -> Result<(Plan, usize), ReadError> {
+    ) -> Result<(PassPlan, usize), ReadError> {
         let share = FileShares(self.memory()).lookups(needs(0).least(self.directory()));
         let at_once = (share / bytes).min(range.end).max(range.start);
         Ok((self.plan(needs(at_once))?, at_once as usize))
