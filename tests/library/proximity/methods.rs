@@ -17,7 +17,7 @@ use crate::support::{Random, runtime};
 const THESIS: Method = Method::Visibility {
     stretch: Stretch::PROVED,
 };
-const METHODS: [Method; 4] = [THESIS, Method::EuclidZhang, Method::EuclidXia, Method::Wave];
+const METHODS: [Method; 4] = [THESIS, Method::EuclidZhang, Method::EuclidXia, Method::Wavefront];
 
 async fn walk(reader: &TileReader, method: Method, from: Point, to: Point) -> Walk {
     let options = QueryOptions::default().certified();
@@ -181,7 +181,7 @@ fn what_stands_when_a_budget_is_used_up() {
         let (_scratch, reader) = scene.build(12).await;
         let at = scene.targets(&mut random, 1)[0];
         let (mut some, mut bounds) = (0, 0);
-        for method in [&METHODS[..], &[Method::Wave]].concat() {
+        for method in [&METHODS[..], &[Method::Wavefront]].concat() {
             let ask = |options| reader.nearest_sites_by(method, at, 25, options);
             let whole = ask(QueryOptions::default()).await.unwrap();
             assert_eq!((whole.answer.len(), whole.at_least), (25, None));
@@ -247,7 +247,7 @@ fn refusals_and_costs() {
             let path = reader
                 .shortest_path_by(method, at(6, 7), at(0, 9), options.clone())
                 .await;
-            if method == Method::Wave {
+            if method == Method::Wavefront {
                 assert_eq!(sites.unwrap().answer.len(), 3);
                 assert!(matches!(path.unwrap().answer, PathOutcome::Found(_)));
             } else {

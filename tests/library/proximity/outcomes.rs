@@ -274,7 +274,7 @@ fn as_the_crow_flies() {
         let (_scratch, reader) = scene.build(30).await;
         for from in [Point::new(3.5, 3.5), at(7, 7), Point::new(-4.0, 40.0)] {
             let sites: Vec<_> = reader
-                .sites_by_air(from, QueryOptions::default())
+                .sites_by_euclidean_distance(from, QueryOptions::default())
                 .try_collect()
                 .await
                 .unwrap();
@@ -287,14 +287,14 @@ fn as_the_crow_flies() {
                 assert_eq!(site.vertex.point, scene.sites[site.site.unwrap() as usize]);
             }
             let vertices: Vec<_> = reader
-                .vertices_by_air(from, QueryOptions::default())
+                .vertices_by_euclidean_distance(from, QueryOptions::default())
                 .try_collect()
                 .await
                 .unwrap();
             assert_eq!(vertices.len(), 33 * 33);
             assert!(vertices.is_sorted_by(|a, b| a.distance <= b.distance));
             let few = reader
-                .vertices_by_air(from, QueryOptions::default().max_tiles(6))
+                .vertices_by_euclidean_distance(from, QueryOptions::default().max_tiles(6))
                 .take(3);
             assert_eq!(few.try_collect::<Vec<_>>().await.unwrap(), vertices[..3]);
         }
