@@ -83,9 +83,9 @@ impl Ask {
             Self::Nearest { k, vertices } => {
                 let of_sites = !vertices && reader.directory().metadata.sites > 0;
                 let (status, near) = if of_sites {
-                    first(reader.sites_by_air(at, options), k as usize).await?
+                    first(reader.sites_by_euclidean_distance(at, options), k as usize).await?
                 } else {
-                    first(reader.vertices_by_air(at, options), k as usize).await?
+                    first(reader.vertices_by_euclidean_distance(at, options), k as usize).await?
                 };
                 (status, Found::Near(near))
             }
