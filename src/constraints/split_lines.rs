@@ -11,11 +11,11 @@
 use std::cmp::Ordering;
 
 use crate::constraints::crossings::ends::Ends;
-use crate::constraints::crossings::split::{Points, Segment as Bent, any_cross, split};
+use crate::constraints::crossings::split::{PointSource, TaggedSegment, any_cross, split};
 use crate::constraints::error::{ConstraintError, SplitError};
 use crate::constraints::polygons::arrivals::PolygonNumbers;
-use crate::constraints::polygons::check::{InvertedPolygons, Runs};
-use crate::constraints::polygons::put_right::{PutRight, put_right};
+use crate::constraints::polygons::check::{InvertedPolygons, PolygonCounter};
+use crate::constraints::polygons::repair::{PolygonRepair, repair};
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::constraints::without_z::NO_Z;
 use crate::geometry::{Point, Rect};
@@ -30,7 +30,7 @@ const BATCH: usize = 8192;
 
 /// A segment before it was split.
 #[derive(Clone, Copy, Debug)]
-struct Line {
+struct InputSegment {
     ends: [Point; 2],
     source: EdgeSource,
     /// z at both ends, or [`NO_Z`].
@@ -58,17 +58,17 @@ struct Line {
 /// let split = lines.split(|_, _| Ok::<_, ConstraintError>(()))?;
 /// assert_eq!(split.crossings(), 1);
 /// assert_eq!(split.points(0).next().unwrap().points, [Point::new(2.0, 2.0)]);
-/// assert_eq!(split.pieces().next().unwrap().ends.len(), 4);
+/// assert_eq!(split.subsegments().next().unwrap().ends.len(), 4);
 /// # Ok::<(), ConstraintError>(())
 /// ```
 #[derive(Debug)]
 pub struct LinesToSplit {
-    lines: Vec<Line>,
+    segments: Vec<InputSegment>,
     /// Bytes that it may take.
     memory: u64,
     /// They are split here as well.
     borders: Vec<[Point; 2]>,
-    runs: Runs,
+    counter: PolygonCounter,
 }
 
 impl LinesToSplit {
@@ -76,10 +76,10 @@ impl LinesToSplit {
     #[must_use]
     pub fn new(memory: u64) -> Self {
         Self {
-            lines: Vec::new(),
+            segments: Vec::new(),
             memory,
             borders: Vec::new(),
-            runs: Runs::default(),
+            counter: PolygonCounter::default(),
         }
     }
 
@@ -99,20 +99,20 @@ impl LinesToSplit {
     pub fn push(&mut self, batch: &LineBatch, z: &[[f64; 2]], polygons: &[u64]) -> Result<(), ConstraintError> {
         for (at, (ends, &source)) in batch.ends.iter().zip(&batch.sources).enumerate() {
             let polygon = match source.kind() {
-                LineKind::Obstacle => self.runs.next(polygons.get(at).copied().unwrap_or(source.number())),
+                LineKind::Obstacle => self.counter.next(polygons.get(at).copied().unwrap_or(source.number())),
                 _ => 0,
             };
-            let line = Line {
+            let segment = InputSegment {
                 ends: ends.map(Point::normalized),
                 source,
                 z: z.get(at).copied().unwrap_or([NO_Z; 2]),
                 polygon,
             };
-            if line.ends[0] != line.ends[1] {
-                self.lines.push(line);
+            if segment.ends[0] != segment.ends[1] {
+                self.segments.push(segment);
             }
         }
-        let needed = self.lines.len() as u64 * BYTES;
+        let needed = self.segments.len() as u64 * BYTES;
         check_memory(needed, self.memory)
     }
 
@@ -132,34 +132,37 @@ impl LinesToSplit {
             })
     }
 
-    fn split_at<E: From<SplitError>>(self, points: &mut Points<'_, E>) -> Result<SplitLines, E> {
+    fn split_at<E: From<SplitError>>(self, points: &mut PointSource<'_, E>) -> Result<SplitLines, E> {
         let Self {
-            lines, memory, borders, ..
+            segments,
+            memory,
+            borders,
+            ..
         } = self;
-        let bent = lines.iter().zip(0..).map(|(line, carried)| Bent {
-            ends: line.ends,
-            carried,
+        let bent = segments.iter().zip(0..).map(|(segment, tag)| TaggedSegment {
+            ends: segment.ends,
+            tag,
         });
-        let mut pieces: Vec<Bent<u32>> = bent.collect();
-        let left = memory.saturating_sub(lines.len() as u64 * BYTES);
-        let done = split(&mut pieces, (left / BYTES) as usize, &borders, points)?;
-        let put_right = put_right(&mut pieces, |piece| {
-            let Line { source, polygon, .. } = lines[piece.carried as usize];
+        let mut subsegments: Vec<TaggedSegment<u32>> = bent.collect();
+        let left = memory.saturating_sub(segments.len() as u64 * BYTES);
+        let done = split(&mut subsegments, (left / BYTES) as usize, &borders, points)?;
+        let repair = repair(&mut subsegments, |subsegment| {
+            let InputSegment { source, polygon, .. } = segments[subsegment.tag as usize];
             (source.kind() == LineKind::Obstacle).then_some((polygon, source.number()))
         });
         Ok(SplitLines {
-            lines,
-            pieces,
+            segments,
+            subsegments,
             points: done.points,
             crossings: done.crossings.iter().sum(),
             borders,
-            put_right,
+            repair,
         })
     }
 
     /// A rectangle around all of them.
     fn bounds(&self) -> Rect {
-        Rect::around(self.lines.iter().flat_map(|line| line.ends))
+        Rect::around(self.segments.iter().flat_map(|segment| segment.ends))
     }
 }
 
@@ -178,14 +181,14 @@ impl<E> From<SplitError> for Stopped<E> {
 /// What was made of segments that crossed.
 #[derive(Debug)]
 pub struct SplitLines {
-    lines: Vec<Line>,
+    segments: Vec<InputSegment>,
     /// The pieces, each with the number of its line.
-    pieces: Vec<Bent<u32>>,
+    subsegments: Vec<TaggedSegment<u32>>,
     /// The points at which lines were cut, in lexicographic order.
     points: Vec<Point>,
     crossings: u64,
     borders: Vec<[Point; 2]>,
-    put_right: PutRight,
+    repair: PolygonRepair,
 }
 
 /// Fails if splitting takes more than the budget.
@@ -208,19 +211,19 @@ impl SplitLines {
         (segments, mut polygons): (&mut SegmentSpool, PolygonNumbers<'_>),
         budget: u64,
         (may_cross, borders): (bool, &dyn Fn(Rect) -> Vec<[Point; 2]>),
-        points: &mut Points<'_, ConstraintError>,
+        points: &mut PointSource<'_, ConstraintError>,
     ) -> Result<Option<Self>, ConstraintError> {
         let needed = segments.len().saturating_mul(BYTES);
         check_memory(needed, budget)?;
         let mut lines = LinesToSplit::new(budget);
-        lines.lines.reserve_exact(segments.len() as usize);
+        lines.segments.reserve_exact(segments.len() as usize);
         let z = segments.z_of_ends()?;
         segments.for_each_chunk(|some| {
             for segment in some {
-                lines.lines.push(Line {
+                lines.segments.push(InputSegment {
                     ends: segment.ends,
                     source: segment.source,
-                    z: z.get(lines.lines.len()).copied().unwrap_or([NO_Z; 2]),
+                    z: z.get(lines.segments.len()).copied().unwrap_or([NO_Z; 2]),
                     polygon: polygons.next(segment.source),
                 });
             }
@@ -228,21 +231,21 @@ impl SplitLines {
         })?;
         drop(z);
         lines.borders = borders(lines.bounds());
-        if !may_cross && (lines.borders.is_empty() || any_cross(&lines.lines)) {
+        if !may_cross && (lines.borders.is_empty() || any_cross(&lines.segments)) {
             return Ok(None);
         }
-        Ok(Some(lines.split_at(points)?).filter(|split| !split.points.is_empty() || split.put_right.parts > 0))
+        Ok(Some(lines.split_at(points)?).filter(|split| !split.points.is_empty() || split.repair.parts > 0))
     }
 
     /// What became of polygons that were inside out.
-    pub(crate) fn put_right(&self) -> PutRight {
-        self.put_right
+    pub(crate) fn repair(&self) -> PolygonRepair {
+        self.repair
     }
 
     /// The polygons that were inside out, and were put right.
     #[must_use]
     pub fn inverted(&self) -> Option<InvertedPolygons> {
-        self.put_right.inverted
+        self.repair.inverted
     }
 
     /// The borders at which they were split.
@@ -257,23 +260,29 @@ impl SplitLines {
     }
 
     /// The pieces, which do not cross, each with the source of its segment.
-    pub fn pieces(&self) -> impl Iterator<Item = LineBatch> {
-        self.pieces.chunks(BATCH).map(|pieces| LineBatch {
-            ends: pieces.iter().map(|piece| piece.ends).collect(),
-            sources: pieces.iter().map(|piece| self.line(piece).source).collect(),
+    pub fn subsegments(&self) -> impl Iterator<Item = LineBatch> {
+        self.subsegments.chunks(BATCH).map(|subsegments| LineBatch {
+            ends: subsegments.iter().map(|subsegment| subsegment.ends).collect(),
+            sources: subsegments
+                .iter()
+                .map(|subsegment| self.segment(subsegment).source)
+                .collect(),
         })
     }
 
-    fn line(&self, piece: &Bent<u32>) -> Line {
-        self.lines[piece.carried as usize]
+    fn segment(&self, subsegment: &TaggedSegment<u32>) -> InputSegment {
+        self.segments[subsegment.tag as usize]
     }
 
     /// Puts the pieces into a spool, in the order of their lines.
-    pub(crate) fn push_pieces(&self, spool: &mut SegmentSpool) -> Result<(), ConstraintError> {
-        let kind = |piece: &Bent<u32>| self.line(piece).source.kind();
-        for of_kind in self.pieces.chunk_by(|a, b| kind(a) == kind(b)) {
-            let ends: Vec<[Point; 2]> = of_kind.iter().map(|piece| piece.ends).collect();
-            let lines: Vec<u64> = of_kind.iter().map(|piece| self.line(piece).source.number()).collect();
+    pub(crate) fn push_subsegments(&self, spool: &mut SegmentSpool) -> Result<(), ConstraintError> {
+        let kind = |subsegment: &TaggedSegment<u32>| self.segment(subsegment).source.kind();
+        for of_kind in self.subsegments.chunk_by(|a, b| kind(a) == kind(b)) {
+            let ends: Vec<[Point; 2]> = of_kind.iter().map(|subsegment| subsegment.ends).collect();
+            let lines: Vec<u64> = of_kind
+                .iter()
+                .map(|subsegment| self.segment(subsegment).source.number())
+                .collect();
             spool.push(&ends, &[], kind(&of_kind[0]), &lines)?;
         }
         Ok(())
@@ -296,34 +305,35 @@ impl SplitLines {
 
     /// z of each point, [`NO_Z`] where no line has it; or nothing, if none has any.
     fn z(&self) -> Vec<f64> {
-        if self.lines.iter().all(|line| !line.has_z()) {
+        if self.segments.iter().all(|segment| !segment.has_z()) {
             return Vec::new();
         }
         let mut first: Vec<Option<u32>> = vec![None; self.points.len()];
-        for piece in &self.pieces {
-            let line = &self.lines[piece.carried as usize];
-            for end in piece.ends.iter().filter(|_| line.has_z()) {
-                if let Ok(place) = self.points.binary_search_by(|point| point.lex_cmp(*end)) {
-                    let kept = &mut first[place];
-                    if kept.is_none_or(|kept| line.order(&self.lines[kept as usize]).is_lt()) {
-                        *kept = Some(piece.carried);
+        for subsegment in &self.subsegments {
+            let segment = &self.segments[subsegment.tag as usize];
+            for end in subsegment.ends.iter().filter(|_| segment.has_z()) {
+                if let Ok(index) = self.points.binary_search_by(|point| point.lex_cmp(*end)) {
+                    let kept = &mut first[index];
+                    if kept.is_none_or(|kept| segment.order(&self.segments[kept as usize]).is_lt()) {
+                        *kept = Some(subsegment.tag);
                     }
                 }
             }
         }
         let points = self.points.iter().zip(first);
-        let z = points.map(|(&point, line)| line.map_or(NO_Z, |line| self.lines[line as usize].z_at(point)));
+        let z =
+            points.map(|(&point, segment)| segment.map_or(NO_Z, |segment| self.segments[segment as usize].z_at(point)));
         z.collect()
     }
 }
 
-impl Ends for Line {
+impl Ends for InputSegment {
     fn ends(&self) -> [Point; 2] {
         self.ends
     }
 }
 
-impl Line {
+impl InputSegment {
     fn has_z(&self) -> bool {
         self.z.iter().all(|z| !z.is_nan())
     }
@@ -364,8 +374,8 @@ impl Line {
 mod tests {
     use super::*;
 
-    fn line(ends: [[f64; 2]; 2], z: [f64; 2], number: u64) -> Line {
-        Line {
+    fn segment(ends: [[f64; 2]; 2], z: [f64; 2], number: u64) -> InputSegment {
+        InputSegment {
             ends: ends.map(|[x, y]| Point::new(x, y)),
             source: EdgeSource::new(LineKind::Wall, number),
             z,
@@ -373,11 +383,11 @@ mod tests {
         }
     }
 
-    fn reversed(line: Line) -> Line {
-        Line {
-            ends: [line.ends[1], line.ends[0]],
-            z: [line.z[1], line.z[0]],
-            ..line
+    fn reversed(segment: InputSegment) -> InputSegment {
+        InputSegment {
+            ends: [segment.ends[1], segment.ends[0]],
+            z: [segment.z[1], segment.z[0]],
+            ..segment
         }
     }
 
@@ -392,37 +402,40 @@ mod tests {
             // Rounding may take a point beyond an end in the other coordinate only; z stays between.
             ([[0.0, 0.0], [1e-9, 0.0]], [5.0, 7.0], [1e-9, 1e-20], 7.0),
         ] {
-            let line = line(ends, z, 0);
+            let segment = segment(ends, z, 0);
             let point = Point::new(at[0], at[1]);
-            assert_eq!(line.z_at(point), expected, "{line:?}");
-            assert_eq!(reversed(line).z_at(point), expected);
-            assert!(line.order(&reversed(line)).is_eq());
+            assert_eq!(segment.z_at(point), expected, "{segment:?}");
+            assert_eq!(reversed(segment).z_at(point), expected);
+            assert!(segment.order(&reversed(segment)).is_eq());
         }
     }
 
     #[test]
     fn the_first_line_with_z_says_how_high_a_point_lies() {
-        let lines = vec![
-            line([[0.0, 0.0], [4.0, 4.0]], [NO_Z; 2], 1),
-            line([[0.0, 4.0], [4.0, 0.0]], [10.0, 30.0], 3),
-            line([[2.0, 0.0], [2.0, 4.0]], [4.0, 8.0], 2),
-            line([[8.0, 0.0], [8.0, 4.0]], [NO_Z; 2], 0),
-            line([[7.0, 1.0], [9.0, 1.0]], [NO_Z; 2], 5),
+        let segments = vec![
+            segment([[0.0, 0.0], [4.0, 4.0]], [NO_Z; 2], 1),
+            segment([[0.0, 4.0], [4.0, 0.0]], [10.0, 30.0], 3),
+            segment([[2.0, 0.0], [2.0, 4.0]], [4.0, 8.0], 2),
+            segment([[8.0, 0.0], [8.0, 4.0]], [NO_Z; 2], 0),
+            segment([[7.0, 1.0], [9.0, 1.0]], [NO_Z; 2], 5),
         ];
-        for lines in [lines.clone(), lines.iter().rev().map(|&line| reversed(line)).collect()] {
-            let bent = lines.iter().zip(0..).map(|(line, carried)| Bent {
-                ends: line.ends,
-                carried,
+        for segments in [
+            segments.clone(),
+            segments.iter().rev().map(|&segment| reversed(segment)).collect(),
+        ] {
+            let bent = segments.iter().zip(0..).map(|(segment, tag)| TaggedSegment {
+                ends: segment.ends,
+                tag,
             });
-            let mut pieces: Vec<Bent<u32>> = bent.collect();
-            let done = split::<_, SplitError>(&mut pieces, 100, &[], &mut |_, _| Ok(())).unwrap();
+            let mut subsegments: Vec<TaggedSegment<u32>> = bent.collect();
+            let done = split::<_, SplitError>(&mut subsegments, 100, &[], &mut |_, _| Ok(())).unwrap();
             let split = SplitLines {
-                lines,
-                pieces,
+                segments,
+                subsegments,
                 points: done.points,
                 crossings: done.crossings.iter().sum(),
                 borders: Vec::new(),
-                put_right: PutRight::default(),
+                repair: PolygonRepair::default(),
             };
             assert_eq!(split.points, [Point::new(2.0, 2.0), Point::new(8.0, 1.0)]);
             assert!(matches!(split.z()[..], [6.0, z] if z.is_nan()));

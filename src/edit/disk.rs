@@ -10,12 +10,12 @@ use foldhash::HashMap;
 use tokio::sync::{MappedMutexGuard, Mutex, MutexGuard, oneshot};
 
 use crate::edit::contradiction::Contradiction;
-use crate::edit::desk::Desk;
 use crate::edit::error::EditError;
-use crate::edit::regions::{Labels, Parts};
+use crate::edit::regions::{RegionLabels, TileParts};
 use crate::edit::target::Target;
 use crate::edit::tile::EditTile;
 use crate::edit::tile::drafts::Counts;
+use crate::edit::workers::Workers;
 use crate::io::{Buffers, ReadAt, ThreadsFile};
 use crate::store::{BLOCK, Directory, Extent, Tile, TileEntry, TileId, TileReader, TileWriter};
 
@@ -29,11 +29,11 @@ pub(crate) struct Disk {
     /// None once the file is published.
     state: Mutex<Option<Written>>,
     /// What regions tiles are written with, once it is known.
-    pub(crate) labels: OnceLock<Labels>,
+    pub(crate) labels: OnceLock<RegionLabels>,
     buffers: Buffers,
-    pub(crate) desk: Desk,
+    pub(crate) workers: Workers,
     /// Several tiles may be put together at a time, but are written in the order in which that began.
-    turn: Turn,
+    order: WriteOrder,
     reads: AtomicU64,
     /// The last to be dropped, when the file is closed.
     _alive: oneshot::Sender<()>,
@@ -53,12 +53,12 @@ struct Written {
 impl Written {
     /// Writes a core, or a border: over what this edit has no use for any more, or behind the end.
     async fn put(&mut self, bytes: &Bytes, is_core: bool) -> io::Result<Extent> {
-        let fits = |&&(place, room): &&(u64, u32)| room as usize >= bytes.len() && (!is_core || place % BLOCK == 0);
+        let fits = |&&(offset, room): &&(u64, u32)| room as usize >= bytes.len() && (!is_core || offset % BLOCK == 0);
         let best = self.free.iter().filter(fits).min_by_key(|(_, room)| *room).copied();
-        if let Some((place, room)) = best {
-            self.free.retain(|free| free.0 != place);
-            self.reused.insert(place, room);
-            return self.writer.put_at(place, bytes).await;
+        if let Some((offset, room)) = best {
+            self.free.retain(|free| free.0 != offset);
+            self.reused.insert(offset, room);
+            return self.writer.put_at(offset, bytes).await;
         }
         match is_core {
             true => self.writer.append_core(bytes).await,
@@ -94,10 +94,10 @@ impl Disk {
         let disk = Self {
             generation: generation.map_err(|_| EditError::Internal("the file was edited too often".to_owned()))?,
             state: Mutex::new(Some(written)),
-            turn: Turn::default(),
+            order: WriteOrder::default(),
             labels: OnceLock::new(),
             buffers: Buffers::default(),
-            desk: Desk::new(threads).map_err(|error| EditError::io(&path, "start a thread to edit", error))?,
+            workers: Workers::new(threads).map_err(|error| EditError::io(&path, "start a thread to edit", error))?,
             path,
             reads: AtomicU64::new(0),
             file,
@@ -165,7 +165,7 @@ impl Disk {
 
     pub(crate) async fn load(self: Arc<Self>, id: TileId) -> Result<Arc<EditTile>, EditError> {
         let tile = self.read(id).await?;
-        self.desk.computed(move || Arc::new(EditTile::of(&tile))).await
+        self.workers.run(move || Arc::new(EditTile::of(&tile))).await
     }
 
     /// Writes a tile, after those that this was called for before.
@@ -174,13 +174,13 @@ impl Disk {
         id: TileId,
         tile: Arc<EditTile>,
     ) -> impl Future<Output = Result<(), EditError>> + Send + 'static {
-        let turn = self.turn.take();
+        let turn = self.order.take();
         self.write_in_turn(id, tile, turn)
     }
 
-    async fn write_in_turn(self: Arc<Self>, id: TileId, tile: Arc<EditTile>, turn: Place) -> Result<(), EditError> {
+    async fn write_in_turn(self: Arc<Self>, id: TileId, tile: Arc<EditTile>, turn: WriteTurn) -> Result<(), EditError> {
         let this = Arc::clone(&self);
-        let (counts, core, border) = self.desk.computed(move || this.encoded(&tile)).await?;
+        let (counts, core, border) = self.workers.run(move || this.encoded(&tile)).await?;
         let _done = turn.wait().await;
         let mut state = self.written().await?;
         let before = state.entries[id.0 as usize];
@@ -205,8 +205,8 @@ impl Disk {
     fn encoded(&self, tile: &EditTile) -> (Counts, Bytes, Bytes) {
         let drafts = match self.labels.get() {
             Some(labels) => {
-                let parts = Parts::of(tile);
-                tile.drafts(Some(&|place| labels.of(tile.id, &parts, place)))
+                let parts = TileParts::of(tile);
+                tile.drafts(Some(&|triangle| labels.of(tile.id, &parts, triangle)))
             }
             None => tile.drafts(None),
         };
@@ -218,23 +218,23 @@ impl Disk {
 
 /// Whose turn it is to write.
 #[derive(Default)]
-struct Turn(parking_lot::Mutex<Option<oneshot::Receiver<()>>>);
+struct WriteOrder(parking_lot::Mutex<Option<oneshot::Receiver<()>>>);
 
 /// A place in the order: when the one before is done.
-struct Place {
+struct WriteTurn {
     before: Option<oneshot::Receiver<()>>,
     done: oneshot::Sender<()>,
 }
 
-impl Turn {
-    fn take(&self) -> Place {
+impl WriteOrder {
+    fn take(&self) -> WriteTurn {
         let (done, after) = oneshot::channel();
         let before = self.0.lock().replace(after);
-        Place { before, done }
+        WriteTurn { before, done }
     }
 }
 
-impl Place {
+impl WriteTurn {
     /// Waits for the ones before. It is the next one's turn when the answer is dropped.
     async fn wait(self) -> oneshot::Sender<()> {
         if let Some(before) = self.before {

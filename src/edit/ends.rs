@@ -59,9 +59,9 @@ pub(crate) fn find_ends(
 fn by_tile(tiles: &Tiles, work: &Work) -> Result<Vec<End>, EditError> {
     let tree = &tiles.directory().tree;
     let mut ends: Vec<End> = Vec::with_capacity(2 * work.segments.len());
-    for (&place, end) in work.segments.iter().flat_map(|segment| &segment.ends).zip(0u32..) {
-        let tile = tree.tile_at(place).ok_or_else(|| no_vertex(place))?;
-        ends.push((tile, place, end));
+    for (&point, end) in work.segments.iter().flat_map(|segment| &segment.ends).zip(0u32..) {
+        let tile = tree.tile_at(point).ok_or_else(|| no_vertex(point))?;
+        ends.push((tile, point, end));
     }
     ends.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| a.1.lex_cmp(b.1)).then_with(|| a.2.cmp(&b.2)));
     Ok(ends)
@@ -72,7 +72,7 @@ fn find_in_tile(tiles: &mut Tiles, work: &Work, ends: &[End], found: &mut [Verte
     let id = ends[0].0;
     let numbers_in = |tile: &EditTile| -> Vec<Option<u32>> {
         let index = PointTable::new(tile.points());
-        ends.iter().map(|&(_, place, _)| index.at(place)).collect()
+        ends.iter().map(|&(_, point, _)| index.at(point)).collect()
     };
     let mut tile = tiles.get(id)?;
     let mut numbers = numbers_in(&tile);
@@ -92,14 +92,14 @@ fn find_in_tile(tiles: &mut Tiles, work: &Work, ends: &[End], found: &mut [Verte
         tile = tiles.get(id)?;
         numbers = numbers_in(&tile);
     }
-    for (&(_, place, end), number) in ends.iter().zip(numbers) {
-        found[end as usize] = tile.vertex(VertexIndex(number.ok_or_else(|| no_vertex(place))?));
+    for (&(_, point, end), number) in ends.iter().zip(numbers) {
+        found[end as usize] = tile.vertex(VertexIndex(number.ok_or_else(|| no_vertex(point))?));
     }
     Ok(missing)
 }
 
-fn no_vertex(place: Point) -> EditError {
-    EditError::Internal(format!("there is no vertex at ({}, {})", place.x, place.y))
+fn no_vertex(point: Point) -> EditError {
+    EditError::Internal(format!("there is no vertex at ({}, {})", point.x, point.y))
 }
 
 /// Makes vertices of ends in one tile, each at another place. The ends of all segments have the record numbers that come next in

@@ -32,12 +32,12 @@ pub enum EditError {
     #[error("{file}: somebody else is changing it; try again later", file = shown::path(.0))]
     Busy(PathBuf),
     /// The end of a line lies outside the hull of the file's vertices.
-    #[error("a line has an end at ({x}, {y}), outside the hull of the file's vertices; build it with the line from the start", x = place.x, y = place.y)]
+    #[error("a line has an end at ({x}, {y}), outside the hull of the file's vertices; build it with the line from the start", x = point.x, y = point.y)]
     Outside {
         /// The number of the line.
         line: u64,
         /// The end.
-        place: Point,
+        point: Point,
     },
     /// The ends of lines would make a tile too large.
     #[error(
@@ -66,7 +66,7 @@ pub enum EditError {
     /// A line crosses a constraint.
     #[error(
         "a line crosses a constraint: from ({}, {}) to ({}, {}), and from ({}, {}) to ({}, {}); let them meet in a vertex",
-        piece[0].x, piece[0].y, piece[1].x, piece[1].y, edge[0].x, edge[0].y, edge[1].x, edge[1].y
+        subsegment[0].x, subsegment[0].y, subsegment[1].x, subsegment[1].y, edge[0].x, edge[0].y, edge[1].x, edge[1].y
     )]
     Crossed {
         /// The line.
@@ -74,7 +74,7 @@ pub enum EditError {
         /// The line that the constraint comes from.
         other: Option<EdgeSource>,
         /// The part of the line that is in the way.
-        piece: [Point; 2],
+        subsegment: [Point; 2],
         /// The constraint that it crosses.
         edge: [Point; 2],
     },

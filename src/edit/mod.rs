@@ -15,7 +15,7 @@
 //! appended; then one superblock is replaced, which makes all of it the file, at once. Whoever has it open sees what it was.
 
 mod contradiction;
-mod desk;
+
 mod disk;
 mod editor;
 mod ends;
@@ -32,6 +32,7 @@ mod tile;
 mod tiles;
 mod vertices;
 mod work;
+mod workers;
 
 pub use editor::Editor;
 pub use error::EditError;

@@ -14,16 +14,16 @@ use crate::store::{TileId, Vertex, VertexId};
 pub(crate) struct Patch {
     pub(crate) vertices: Vec<Vertex>,
     numbers: HashMap<VertexId, u32>,
-    pub(crate) old: Vec<Old>,
-    pub(crate) new: Vec<New>,
+    pub(crate) old: Vec<OldTriangle>,
+    pub(crate) new: Vec<NewTriangle>,
     /// The tiles of the vertices, and the triangles that each of them has, which are those with a corner in it.
-    pub(crate) shares: Vec<Share>,
+    pub(crate) shares: Vec<TileShare>,
     /// Keeps its memory.
-    pub(crate) at: Seats,
+    pub(crate) positions: TilePositions,
 }
 
 /// A triangle on its way out.
-pub(crate) struct Old {
+pub(crate) struct OldTriangle {
     /// Their numbers.
     pub(crate) corners: [u32; 3],
     /// The bits of its sides.
@@ -31,22 +31,22 @@ pub(crate) struct Old {
     /// Its first side in a tile that has it. That number is good only until the tile leaves the cache.
     pub(crate) found: (TileId, HalfEdge),
     /// For each side the new side on the same edge; none inside the patch.
-    pub(crate) follower: [Option<HalfEdge>; 3],
+    pub(crate) replacement: [Option<HalfEdge>; 3],
 }
 
 /// A triangle on its way in.
-pub(crate) struct New {
+pub(crate) struct NewTriangle {
     /// Their numbers.
     pub(crate) corners: [u32; 3],
     /// The bits of its sides.
     pub(crate) bits: u8,
     /// What lies across each side.
-    pub(crate) across: [Beside; 3],
+    pub(crate) twins: [PatchTwin; 3],
 }
 
 /// What lies across a side of a new triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Beside {
+pub(crate) enum PatchTwin {
     /// This side of a new triangle.
     New(HalfEdge),
     /// What lay across this side of an old one.
@@ -56,7 +56,7 @@ pub(crate) enum Beside {
 }
 
 /// What one tile has of a patch.
-pub(crate) struct Share {
+pub(crate) struct TileShare {
     pub(crate) tile: TileId,
     pub(crate) old: Vec<TriangleId>,
     pub(crate) new: Vec<TriangleId>,
@@ -64,23 +64,23 @@ pub(crate) struct Share {
 
 /// Where a tile has the triangles of a patch.
 #[derive(Default)]
-pub(crate) struct Seats {
+pub(crate) struct TilePositions {
     /// Where each old triangle is, or was.
-    pub(crate) old: Vec<Option<Seat>>,
+    pub(crate) old: Vec<Option<OldPosition>>,
     /// The place of each new one.
     pub(crate) new: Vec<Option<TriangleId>>,
 }
 
 /// Where a tile has an old triangle.
 #[derive(Clone, Copy)]
-pub(crate) struct Seat {
+pub(crate) struct OldPosition {
     /// Its first side.
     pub(crate) first: HalfEdge,
     /// What the tile says of the other side of its three.
     pub(crate) twins: [Twin; 3],
 }
 
-impl Seats {
+impl TilePositions {
     fn prepare(&mut self, patch: &Patch) {
         self.old.clear();
         self.old.resize(patch.old.len(), None);
@@ -89,25 +89,25 @@ impl Seats {
     }
 
     /// Forgets the tile that it was for.
-    pub(crate) fn clear(&mut self, share: &Share) {
+    pub(crate) fn clear(&mut self, share: &TileShare) {
         share.old.iter().for_each(|&old| self.old[old.index()] = None);
         share.new.iter().for_each(|&new| self.new[new.index()] = None);
     }
 
     /// What the tile says of the other side of an old half-edge of the patch, if it has its triangle.
-    pub(crate) fn beside_old(&self, old: HalfEdge) -> Option<Twin> {
-        let seat = self.old[old.triangle().index()].as_ref()?;
-        Some(seat.twins[old.corner() as usize])
+    pub(crate) fn twin_of_old(&self, old: HalfEdge) -> Option<Twin> {
+        let position = self.old[old.triangle().index()].as_ref()?;
+        Some(position.twins[old.corner() as usize])
     }
 
     /// The tile's half-edge for a new one of the patch, if it has its triangle.
-    pub(crate) fn of_new(&self, new: HalfEdge) -> Option<HalfEdge> {
-        let place = self.new[new.triangle().index()]?;
-        Some(HalfEdge::new(place, new.corner()))
+    pub(crate) fn half_edge_of_new(&self, new: HalfEdge) -> Option<HalfEdge> {
+        let triangle = self.new[new.triangle().index()]?;
+        Some(HalfEdge::new(triangle, new.corner()))
     }
 }
 
-impl Share {
+impl TileShare {
     fn of(tile: TileId) -> Self {
         Self {
             tile,
@@ -117,22 +117,22 @@ impl Share {
     }
 }
 
-impl Old {
+impl OldTriangle {
     pub(crate) fn new(corners: [u32; 3], bits: u8, found: (TileId, HalfEdge)) -> Self {
         Self {
             corners,
             bits,
             found,
-            follower: [None; 3],
+            replacement: [None; 3],
         }
     }
 }
 
-impl New {
+impl NewTriangle {
     /// Says what lies across one of its sides, and sets bits of it, which are in the places of a first side.
-    pub(crate) fn set(&mut self, side: HalfEdge, across: Beside, bits: u8) {
-        self.across[side.corner() as usize] = across;
-        self.bits |= bits << side.corner();
+    pub(crate) fn set(&mut self, half_edge: HalfEdge, twin: PatchTwin, bits: u8) {
+        self.twins[half_edge.corner() as usize] = twin;
+        self.bits |= bits << half_edge.corner();
     }
 }
 
@@ -159,19 +159,19 @@ impl Patch {
     }
 
     /// Finds out which new half-edge follows each old one, which tile has which triangles; and gives the seats for them.
-    pub(crate) fn share_out(&mut self) -> Seats {
-        self.find_followers();
+    pub(crate) fn share_out(&mut self) -> TilePositions {
+        self.find_replacements();
         self.find_shares();
-        let mut at = std::mem::take(&mut self.at);
-        at.prepare(self);
-        at
+        let mut positions = std::mem::take(&mut self.positions);
+        positions.prepare(self);
+        positions
     }
 
-    fn find_followers(&mut self) {
+    fn find_replacements(&mut self) {
         for (new, number) in self.new.iter().zip((0..).map(TriangleId)) {
-            for (across, side) in new.across.iter().zip(HalfEdge::of_triangle(number)) {
-                if let &Beside::Old(old) = across {
-                    self.old[old.triangle().index()].follower[old.corner() as usize] = Some(side);
+            for (twin, half_edge) in new.twins.iter().zip(HalfEdge::of_triangle(number)) {
+                if let &PatchTwin::Old(old) = twin {
+                    self.old[old.triangle().index()].replacement[old.corner() as usize] = Some(half_edge);
                 }
             }
         }
@@ -179,7 +179,7 @@ impl Patch {
 
     /// Finds out which tile has which triangles.
     fn find_shares(&mut self) {
-        let mut shares: Vec<Share> = Vec::new();
+        let mut shares: Vec<TileShare> = Vec::new();
         let mut share_of: HashMap<TileId, usize> = HashMap::new();
         let mut of_vertex: Vec<usize> = Vec::with_capacity(self.vertices.len());
         for vertex in &self.vertices {
@@ -188,7 +188,7 @@ impl Patch {
             let last = of_vertex.last().copied().filter(|&share| shares[share].tile == tile);
             let share = last.unwrap_or_else(|| {
                 *share_of.entry(tile).or_insert_with(|| {
-                    shares.push(Share::of(tile));
+                    shares.push(TileShare::of(tile));
                     shares.len() - 1
                 })
             });

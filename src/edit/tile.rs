@@ -32,7 +32,7 @@ pub(crate) struct EditTile {
     sites: Vec<(u32, u64)>,
     site_ids: Vec<String>,
     foreign: Vec<Vertex>,
-    foreign_places: HashMap<VertexId, VertexIndex>,
+    foreign_corners: HashMap<VertexId, VertexIndex>,
     /// Their corners, or [`GONE`].
     triangles: Vec<[VertexIndex; 3]>,
     twins: Vec<[PackedTwin; 3]>,
@@ -67,9 +67,9 @@ impl EditTile {
         let foreign: Vec<Vertex> = (vertices..corners.unwrap_or(0))
             .map(|corner| tile.vertex(VertexIndex(corner)))
             .collect();
-        let bits = |side: HalfEdge| {
-            let s = side.corner();
-            u8::from(tile.is_constraint(side)) << s | u8::from(tile.is_wall(side)) << (s + WALLS)
+        let bits = |half_edge: HalfEdge| {
+            let s = half_edge.corner();
+            u8::from(tile.is_constraint(half_edge)) << s | u8::from(tile.is_wall(half_edge)) << (s + WALLS)
         };
         let mut this = Self {
             id: tile.id(),
@@ -78,15 +78,15 @@ impl EditTile {
             records: tile.vertex_indices().map(|v| tile.record(v)).collect(),
             sites: tile.sites().map(|site| (site.vertex.0, site.number)).collect(),
             site_ids: Vec::new(),
-            foreign_places: foreign
+            foreign_corners: foreign
                 .iter()
                 .zip((vertices..).map(VertexIndex))
-                .map(|(vertex, place)| (vertex.id, place))
+                .map(|(vertex, corner)| (vertex.id, corner))
                 .collect(),
             foreign,
             twins: tile
                 .triangle_ids()
-                .map(|t| HalfEdge::of_triangle(t).map(|side| tile.twin(side).into()))
+                .map(|t| HalfEdge::of_triangle(t).map(|half_edge| tile.twin(half_edge).into()))
                 .collect(),
             bits: tile
                 .triangle_ids()
@@ -124,7 +124,7 @@ impl EditTile {
             + bytes_of(&self.bits)
             + bytes_of(&self.free)
             + bytes_of(&self.foreign)
-            + (size_of::<(VertexId, VertexIndex)>() + OF_ENTRY) * self.foreign_places.capacity()
+            + (size_of::<(VertexId, VertexIndex)>() + OF_ENTRY) * self.foreign_corners.capacity()
             + (size_of::<([VertexIndex; 2], Vec<EdgeSource>)>() + OF_ENTRY) * self.sources.capacity()
             + OF_SOURCES * self.sources.len()
             + 8 * self.source_count
@@ -151,33 +151,36 @@ impl EditTile {
     }
 
     /// The vertex that a side starts from.
-    pub(crate) fn from(&self, side: HalfEdge) -> Vertex {
-        self.vertex(self.origin(side))
+    pub(crate) fn origin_vertex(&self, half_edge: HalfEdge) -> Vertex {
+        self.vertex(self.origin(half_edge))
     }
 
     /// The corners of a side's triangle, from the side's origin on, and the bits of its sides, from that side on.
-    pub(crate) fn triangle(&self, side: HalfEdge) -> ([Vertex; 3], u8) {
-        let sides = [side, side.next(), side.prev()];
-        (sides.map(|side| self.from(side)), self.bits_from(side))
+    pub(crate) fn triangle(&self, half_edge: HalfEdge) -> ([Vertex; 3], u8) {
+        let half_edges = [half_edge, half_edge.next(), half_edge.prev()];
+        (
+            half_edges.map(|half_edge| self.origin_vertex(half_edge)),
+            self.bits_from(half_edge),
+        )
     }
 
     /// The bits of the sides of a side's triangle, from that side on.
-    pub(crate) fn bits_from(&self, side: HalfEdge) -> u8 {
-        let bits = self.bits[side.triangle().index()];
+    pub(crate) fn bits_from(&self, half_edge: HalfEdge) -> u8 {
+        let bits = self.bits[half_edge.triangle().index()];
         let turned = |bits: u8| {
-            let (bits, first) = (bits & 0b111, side.corner());
+            let (bits, first) = (bits & 0b111, half_edge.corner());
             (bits >> first | bits << (3 - first)) & 0b111
         };
         turned(bits) | turned(bits >> WALLS) << WALLS
     }
 
     /// The bits of a side alone, in the places of a first one.
-    fn side_bits(&self, side: HalfEdge) -> u8 {
-        self.bits[side.triangle().index()] >> side.corner() & (1 | 1 << WALLS)
+    fn half_edge_bits(&self, half_edge: HalfEdge) -> u8 {
+        self.bits[half_edge.triangle().index()] >> half_edge.corner() & (1 | 1 << WALLS)
     }
 
-    pub(crate) fn is_constraint(&self, side: HalfEdge) -> bool {
-        self.side_bits(side) & 1 == 1
+    pub(crate) fn is_constraint(&self, half_edge: HalfEdge) -> bool {
+        self.half_edge_bits(half_edge) & 1 == 1
     }
 
     /// The number of triangles at a vertex of the tile.
@@ -186,12 +189,12 @@ impl EditTile {
     }
 
     /// Makes the first side of a triangle with these corners a constraint, or even a wall. The tile must have it.
-    pub(crate) fn fix(&mut self, corners: [VertexId; 3], bits: u8) -> bool {
-        let side = self.side_of(corners);
-        if let Some(side) = side {
-            self.bits[side.triangle().index()] |= bits << side.corner();
+    pub(crate) fn mark_constraint(&mut self, corners: [VertexId; 3], bits: u8) -> bool {
+        let half_edge = self.half_edge_of(corners);
+        if let Some(half_edge) = half_edge {
+            self.bits[half_edge.triangle().index()] |= bits << half_edge.corner();
         }
-        side.is_some()
+        half_edge.is_some()
     }
 
     /// Takes new vertices, which no triangle has yet. The first one gets the number that is returned.
@@ -216,7 +219,7 @@ impl EditTile {
         };
         let triangles = self.triangles.iter_mut().filter(|corners| **corners != GONE);
         triangles.flatten().for_each(behind);
-        self.foreign_places.values_mut().for_each(behind);
+        self.foreign_corners.values_mut().for_each(behind);
         let sources = std::mem::take(&mut self.sources);
         self.sources = sources
             .into_iter()
@@ -239,13 +242,13 @@ impl EditTile {
         let (core, border): (Vec<_>, Vec<_>) =
             all.partition(|(_, corners)| corners.iter().all(|&corner| corner.0 < own));
         let core_count = core.len();
-        let places = core.into_iter().chain(border).map(|(place, _)| place);
-        (places.collect(), core_count)
+        let triangles = core.into_iter().chain(border).map(|(triangle, _)| triangle);
+        (triangles.collect(), core_count)
     }
 
     /// Whether a triangle belongs to the tile.
-    pub(crate) fn owns(&self, place: TriangleId) -> bool {
-        let corners = self.triangles[place.index()].map(|corner| self.vertex(corner));
+    pub(crate) fn owns(&self, triangle: TriangleId) -> bool {
+        let corners = self.triangles[triangle.index()].map(|corner| self.vertex(corner));
         let smallest = corners.iter().min_by(|a, b| a.point.lex_cmp(b.point));
         smallest.is_some_and(|vertex| vertex.id.tile == self.id)
     }

@@ -15,7 +15,7 @@ use tokio::task::JoinHandle;
 use crate::edit::contradiction::Contradiction;
 use crate::edit::disk::Disk;
 use crate::edit::error::EditError;
-use crate::edit::regions::{Labels, Parts};
+use crate::edit::regions::{RegionLabels, TileParts};
 use crate::edit::target::Target;
 use crate::edit::tile::EditTile;
 use crate::geometry::HalfEdge;
@@ -95,15 +95,15 @@ impl Tiles {
     }
 
     /// The twin of a half-edge, with a tile that has it. None: that is the outside.
-    pub(crate) fn over(&self, tile: Pin, side: HalfEdge) -> Result<Option<(Pin, HalfEdge)>, EditError> {
-        match tile.twin(side) {
+    pub(crate) fn twin(&self, tile: Pin, half_edge: HalfEdge) -> Result<Option<(Pin, HalfEdge)>, EditError> {
+        match tile.twin(half_edge) {
             Twin::HalfEdge(other) => Ok(Some((tile, other))),
             Twin::Hull => Ok(None),
             Twin::Elsewhere => {
                 // The tile of an end of the edge has the triangle across.
-                let ends = [side.next(), side].map(|side| tile.from(side).id);
+                let ends = [half_edge.next(), half_edge].map(|half_edge| tile.origin_vertex(half_edge).id);
                 let tile = self.get(ends[0].tile)?;
-                Ok(tile.side_between(ends[0], ends[1]).map(|other| (tile, other)))
+                Ok(tile.half_edge_between(ends[0], ends[1]).map(|other| (tile, other)))
             }
         }
     }
@@ -111,7 +111,7 @@ impl Tiles {
     /// Begins to read tiles that will be asked for next, as many as are put together at a time.
     pub(crate) fn read_ahead(&self, ids: impl Iterator<Item = TileId>) {
         // One thread has enough to do with the one that is waited for.
-        let ids = ids.take(self.disk.desk.threads.saturating_sub(1));
+        let ids = ids.take(self.disk.workers.threads.saturating_sub(1));
         for id in ids {
             let (reader, disk) = (self.cache.reader(), Arc::clone(&self.disk));
             // If it fails, whoever asks for the tile tries again, and has the error.
@@ -121,8 +121,8 @@ impl Tiles {
     }
 
     /// All tiles in order, with their parts, which are found as many at a time as are put together.
-    pub(crate) fn parted(&self) -> PartedTiles<'_> {
-        PartedTiles {
+    pub(crate) fn with_parts(&self) -> TilesWithParts<'_> {
+        TilesWithParts {
             tiles: self,
             next: 0,
             coming: VecDeque::new(),
@@ -159,7 +159,7 @@ impl Tiles {
     }
 
     /// From now on tiles are written with their regions.
-    pub(crate) fn label(&mut self, labels: Labels) -> Result<&Labels, EditError> {
+    pub(crate) fn label(&mut self, labels: RegionLabels) -> Result<&RegionLabels, EditError> {
         // What has been written without them is written again, and what has not been written yet will be.
         let changed = (0..self.is_changed.len()).filter(|&tile| self.is_changed[tile]);
         let changed: Vec<TileId> = changed.map(|tile| TileId(tile as u32)).collect();
@@ -168,7 +168,7 @@ impl Tiles {
             // A tile that is borrowed to be changed is written again.
             let _: &mut EditTile = &mut *self.change(id)?;
         }
-        self.runtime.block_on(self.cache.flush(self.disk.desk.threads))?;
+        self.runtime.block_on(self.cache.flush(self.disk.workers.threads))?;
         match self.disk.labels.get() {
             Some(labels) => Ok(labels),
             None => Err(EditError::Internal("there are no labels".to_owned())),
@@ -183,7 +183,7 @@ impl Tiles {
     }
 
     /// What the labels of a file are.
-    pub(crate) fn labels(&self) -> Option<&Labels> {
+    pub(crate) fn labels(&self) -> Option<&RegionLabels> {
         self.disk.labels.get()
     }
 
@@ -206,21 +206,21 @@ impl Tiles {
 }
 
 /// A tile and its parts; and what it was, if it is not changed.
-pub(crate) struct PartedTile {
+pub(crate) struct TileWithParts {
     pub(crate) tile: Arc<EditTile>,
-    pub(crate) parts: Parts,
+    pub(crate) parts: TileParts,
     pub(crate) before: Option<Tile>,
 }
 
 /// All tiles of a file, in order.
-pub(crate) struct PartedTiles<'a> {
+pub(crate) struct TilesWithParts<'a> {
     tiles: &'a Tiles,
     next: u32,
-    coming: VecDeque<JoinHandle<Result<PartedTile, EditError>>>,
+    coming: VecDeque<JoinHandle<Result<TileWithParts, EditError>>>,
 }
 
-impl PartedTiles<'_> {
-    pub(crate) fn next(&mut self) -> Result<Option<PartedTile>, EditError> {
+impl TilesWithParts<'_> {
+    pub(crate) fn next(&mut self) -> Result<Option<TileWithParts>, EditError> {
         let Tiles {
             runtime,
             cache,
@@ -228,7 +228,7 @@ impl PartedTiles<'_> {
             is_changed,
             ..
         } = self.tiles;
-        while self.coming.len() < disk.desk.threads
+        while self.coming.len() < disk.workers.threads
             && let Some(&is_changed) = is_changed.get(self.next as usize)
         {
             let id = TileId(self.next);
@@ -236,17 +236,17 @@ impl PartedTiles<'_> {
             self.next += 1;
             self.coming.push_back(runtime.spawn(async move {
                 let parted = |tile: Arc<EditTile>, before| {
-                    let parts = Parts::of(&tile);
-                    PartedTile { tile, parts, before }
+                    let parts = TileParts::of(&tile);
+                    TileWithParts { tile, parts, before }
                 };
                 if is_changed {
                     let tile = reader.read(id, || Arc::clone(&disk).load(id)).await?;
                     let tile = Arc::clone(&tile);
-                    disk.desk.computed(move || parted(tile, None)).await
+                    disk.workers.run(move || parted(tile, None)).await
                 } else {
                     let before = disk.read(id).await?;
                     let part = move || parted(Arc::new(EditTile::of(&before)), Some(before));
-                    disk.desk.computed(part).await
+                    disk.workers.run(part).await
                 }
             }));
         }

@@ -3,7 +3,7 @@
 use crate::constraints::crossings::boxes::{bounds, common};
 use crate::constraints::crossings::ends::Ends;
 use crate::constraints::crossings::grid::{CellRange, Extents, Grid};
-use crate::constraints::crossings::lines::Lines;
+use crate::constraints::crossings::segment_view::SegmentView;
 use crate::geometry::{Point, Rect};
 
 /// The part of all pairs that may be left, for a grid to be worth its while.
@@ -22,11 +22,11 @@ const SAMPLED_FROM: usize = 1024;
 const SAMPLED_LEVELS: usize = 8;
 
 /// Whether a grid parts the segments of a bucket.
-pub(crate) enum Parting {
+pub(crate) enum GridChoice {
     /// It does.
     Cells(Cells),
     /// Most are too long for that: this one may part some from others.
-    Perhaps(Grid),
+    Coarse(Grid),
     /// They are too close together for any.
     None,
 }
@@ -39,47 +39,47 @@ pub(crate) struct Cells {
     members: Vec<u32>,
 }
 
-impl Parting {
+impl GridChoice {
     /// Distributes segments to the cells of a grid, if it is worth its while.
-    pub(crate) fn of<S: Ends>(lines: Lines<S>, members: &[u32], rect: Rect, level: usize) -> Self {
+    pub(crate) fn of<S: Ends>(view: SegmentView<S>, members: &[u32], rect: Rect, level: usize) -> Self {
         if members.len() >= SAMPLED_FROM && level < SAMPLED_LEVELS {
-            let sample = || sample(members, level).map(|member| lines.ends(member));
+            let sample = || sample(members, level).map(|member| view.ends(member));
             let extents = Extents::measure(sample(), rect, core(sample(), rect));
             let extents = Extents {
                 contents: rect,
                 ..extents
             };
-            if let Some(cells) = Cells::with_few_pairs(&extents, lines, members) {
+            if let Some(cells) = Cells::with_few_pairs(&extents, view, members) {
                 return Self::Cells(cells);
             }
         }
-        let extents = Extents::measure(members.iter().map(|&member| lines.ends(member)), rect, rect);
-        if let Some(cells) = Cells::with_few_pairs(&extents, lines, members) {
+        let extents = Extents::measure(members.iter().map(|&member| view.ends(member)), rect, rect);
+        if let Some(cells) = Cells::with_few_pairs(&extents, view, members) {
             Self::Cells(cells)
         } else {
-            Grid::coarse(&extents).map_or(Self::None, Self::Perhaps)
+            Grid::coarse(&extents).map_or(Self::None, Self::Coarse)
         }
     }
 }
 
 impl Cells {
-    fn with_few_pairs<S: Ends>(extents: &Extents, lines: Lines<S>, members: &[u32]) -> Option<Self> {
+    fn with_few_pairs<S: Ends>(extents: &Extents, view: SegmentView<S>, members: &[u32]) -> Option<Self> {
         let (grid, pairs) = Grid::new(extents, members.len())?;
         if pairs > FEW_PAIRS {
             return None;
         }
-        Self::distribute(grid, lines, members)
+        Self::distribute(grid, view, members)
     }
 
     /// Distributes segments to the cells of a grid, unless they are in too many.
-    pub(crate) fn distribute<S: Ends>(grid: Grid, lines: Lines<S>, members: &[u32]) -> Option<Self> {
+    pub(crate) fn distribute<S: Ends>(grid: Grid, view: SegmentView<S>, members: &[u32]) -> Option<Self> {
         // Counted, summed up to be the ends, and taken back to the beginnings.
         let mut starts = vec![0u32; grid.cells() as usize + 1];
         let mut ranges: Vec<CellRange> = Vec::with_capacity(members.len());
         let most = MOST_COPIES.saturating_mul(members.len()).min(u32::MAX as usize);
         let mut total = 0;
         for &member in members {
-            let ends = lines.ends(member);
+            let ends = view.ends(member);
             let range = grid.range(ends);
             grid.visit(
                 range,
@@ -103,11 +103,11 @@ impl Cells {
         for (&member, range) in members.iter().zip(ranges).rev() {
             grid.visit(
                 range,
-                || lines.ends(member),
+                || view.ends(member),
                 |cell| {
-                    let place = &mut starts[cell as usize];
-                    *place -= 1;
-                    sorted[*place as usize] = member;
+                    let slot = &mut starts[cell as usize];
+                    *slot -= 1;
+                    sorted[*slot as usize] = member;
                 },
             );
         }

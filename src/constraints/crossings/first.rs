@@ -76,11 +76,11 @@ impl FirstCrossings {
     }
 
     fn keep(&mut self, crossing: Crossing) {
-        if let Err(place) = self.first.binary_search_by(|kept| kept.order(&crossing))
-            && place < KEPT
+        if let Err(index) = self.first.binary_search_by(|kept| kept.order(&crossing))
+            && index < KEPT
         {
             self.first.truncate(KEPT - 1);
-            self.first.insert(place, crossing);
+            self.first.insert(index, crossing);
         }
     }
 }

@@ -18,9 +18,9 @@ pub(crate) mod ends;
 pub(crate) mod find;
 pub(crate) mod first;
 mod grid;
-mod lines;
 mod pairs;
 mod search;
+mod segment_view;
 pub(crate) mod split;
 mod sweep;
 

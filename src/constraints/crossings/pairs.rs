@@ -11,7 +11,7 @@ use crate::geometry::{Point, Rect};
 /// Room to work in.
 #[derive(Debug, Default)]
 pub(crate) struct Pairs {
-    lines: Vec<[Point; 2]>,
+    segments: Vec<[Point; 2]>,
     boxes: Vec<Rect>,
     /// The partners of a segment that are still in question.
     partners: Vec<u32>,
@@ -24,15 +24,15 @@ impl Pairs {
         segments: impl Iterator<Item = [Point; 2]>,
         mut visit: impl FnMut(([Point; 2], u32), ([Point; 2], u32)) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        self.lines.clear();
-        self.lines.extend(segments);
+        self.segments.clear();
+        self.segments.extend(segments);
         self.boxes.clear();
-        self.boxes.extend(self.lines.iter().map(|&line| bounds(line)));
-        self.partners.resize(self.lines.len(), 0);
+        self.boxes.extend(self.segments.iter().map(|&ends| bounds(ends)));
+        self.partners.resize(self.segments.len(), 0);
         let partners = &mut self.partners;
-        for (place, (line, bounds)) in (0..).zip(self.lines.iter().zip(&self.boxes)) {
+        for (index, (ends, bounds)) in (0..).zip(self.segments.iter().zip(&self.boxes)) {
             let mut kept = 0;
-            for (other, other_bounds) in (0..place).zip(&self.boxes) {
+            for (other, other_bounds) in (0..index).zip(&self.boxes) {
                 partners[kept] = other;
                 kept += usize::from(boxes_meet(bounds, other_bounds));
             }
@@ -41,10 +41,10 @@ impl Pairs {
             for number in 0..near {
                 let other = partners[number];
                 partners[kept] = other;
-                kept += usize::from(!share_an_end(*line, self.lines[other as usize]));
+                kept += usize::from(!share_an_end(*ends, self.segments[other as usize]));
             }
             for &other in &partners[..kept] {
-                visit((*line, place), (self.lines[other as usize], other))?;
+                visit((*ends, index), (self.segments[other as usize], other))?;
             }
         }
         ControlFlow::Continue(())

@@ -44,14 +44,14 @@ const MOST_ROUNDS: usize = 10;
 
 /// A segment and what it carries.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Segment<T> {
+pub(crate) struct TaggedSegment<T> {
     /// From where, to where.
     pub(crate) ends: [Point; 2],
     /// What its pieces carry too.
-    pub(crate) carried: T,
+    pub(crate) tag: T,
 }
 
-impl<T> Ends for Segment<T> {
+impl<T> Ends for TaggedSegment<T> {
     #[inline]
     fn ends(&self) -> [Point; 2] {
         self.ends
@@ -68,7 +68,7 @@ pub(crate) struct Split {
 }
 
 /// Gives all points within a rectangle that are vertices too, or more, some at a time; or says why it cannot.
-pub(crate) type Points<'a, E> = dyn FnMut(Rect, &mut dyn FnMut(&[Point])) -> Result<(), E> + 'a;
+pub(crate) type PointSource<'a, E> = dyn FnMut(Rect, &mut dyn FnMut(&[Point])) -> Result<(), E> + 'a;
 
 /// Points that are searched for on segments at once, at least.
 const BATCH: usize = 1 << 16;
@@ -91,19 +91,19 @@ pub(crate) fn any_cross<S: Ends>(segments: &[S]) -> bool {
 /// At most `limit` pairs may cross in a round; each takes about 50 bytes. All memory is about 200 bytes a segment. Segments
 /// without length stay as they are. After an error the segments are of no use.
 pub(crate) fn split<T: Copy, E: From<SplitError>>(
-    segments: &mut Vec<Segment<T>>,
+    segments: &mut Vec<TaggedSegment<T>>,
     limit: usize,
     borders: &[[Point; 2]],
-    points: &mut Points<'_, E>,
+    points: &mut PointSource<'_, E>,
 ) -> Result<Split, E> {
     split_in_rounds(segments, (limit, MOST_ROUNDS), borders, points)
 }
 
 pub(crate) fn split_in_rounds<T: Copy, E: From<SplitError>>(
-    segments: &mut Vec<Segment<T>>,
+    segments: &mut Vec<TaggedSegment<T>>,
     (limit, rounds): (usize, usize),
     borders: &[[Point; 2]],
-    points: &mut Points<'_, E>,
+    points: &mut PointSource<'_, E>,
 ) -> Result<Split, E> {
     let mut done = Split::default();
     loop {
@@ -145,7 +145,7 @@ pub(crate) fn split_in_rounds<T: Copy, E: From<SplitError>>(
         done.points.extend(cuts.iter().map(|cut| cut.point));
         make_distinct(&mut done.points);
         cut_at_vertices(segments, &mut cuts, points)?;
-        bend(segments, cuts);
+        apply_cuts(segments, cuts);
     }
     Ok(done)
 }
@@ -156,32 +156,38 @@ fn make_distinct(points: &mut Vec<Point>) {
 }
 
 /// Adds the ends of other segments, and other points, that lie on those that are cut.
-fn cut_at_vertices<T, E>(segments: &[Segment<T>], cuts: &mut Vec<Cut>, points: &mut Points<'_, E>) -> Result<(), E> {
+fn cut_at_vertices<T, E>(
+    segments: &[TaggedSegment<T>],
+    cuts: &mut Vec<Cut>,
+    points: &mut PointSource<'_, E>,
+) -> Result<(), E> {
     cuts.sort_unstable_by_key(|cut| cut.segment);
     let mut numbers: Vec<u32> = cuts.iter().map(|cut| cut.segment).collect();
     numbers.dedup();
-    let lines: Vec<[Point; 2]> = numbers.iter().map(|&number| segments[number as usize].ends).collect();
-    let around = lines.iter().fold(Rect::EMPTY, |all, &line| all.union(bounds(line)));
+    let cut_segments: Vec<[Point; 2]> = numbers.iter().map(|&number| segments[number as usize].ends).collect();
+    let around = cut_segments
+        .iter()
+        .fold(Rect::EMPTY, |all, &line| all.union(bounds(line)));
     let ends = segments.iter().flat_map(|segment| segment.ends);
     let mut near: Vec<Point> = ends.filter(|&end| around.contains(end)).collect();
-    cut_at(&lines, &numbers, &mut near, cuts);
+    cut_at(&cut_segments, &numbers, &mut near, cuts);
     // Each search looks at all lines.
-    let most = BATCH.max(lines.len());
+    let most = BATCH.max(cut_segments.len());
     points(around, &mut |some| {
         near.extend(some.iter().filter(|&&point| around.contains(point)));
         if near.len() >= most {
-            cut_at(&lines, &numbers, &mut near, cuts);
+            cut_at(&cut_segments, &numbers, &mut near, cuts);
         }
     })?;
-    cut_at(&lines, &numbers, &mut near, cuts);
+    cut_at(&cut_segments, &numbers, &mut near, cuts);
     Ok(())
 }
 
 /// Cuts lines, which are segments with these numbers, at those of the points that lie on them. No points are left.
-fn cut_at(lines: &[[Point; 2]], numbers: &[u32], points: &mut Vec<Point>, cuts: &mut Vec<Cut>) {
+fn cut_at(cut_segments: &[[Point; 2]], numbers: &[u32], points: &mut Vec<Point>, cuts: &mut Vec<Cut>) {
     make_distinct(points);
     // Points are searched for as segments without length.
-    let mut all = lines.to_vec();
+    let mut all = cut_segments.to_vec();
     all.extend(points.drain(..).map(|point| [point; 2]));
     let point_of = |[a, b]: [Point; 2]| (a == b).then_some(a);
     let meet = |one: [Point; 2], other: [Point; 2], _: Rect| match (point_of(one), point_of(other)) {
@@ -203,28 +209,28 @@ fn is_on(point: Point, [a, b]: [Point; 2]) -> bool {
 }
 
 /// Replaces segments by their pieces between cuts.
-fn bend<T: Copy>(segments: &mut Vec<Segment<T>>, mut cuts: Vec<Cut>) {
+fn apply_cuts<T: Copy>(segments: &mut Vec<TaggedSegment<T>>, mut cuts: Vec<Cut>) {
     let along = |cut: &Cut, other: &Cut| {
         let ends = || segments[cut.segment as usize].ends;
         let segment = cut.segment.cmp(&other.segment);
         segment.then_with(|| along(ends(), cut.point, other.point))
     };
     cuts.sort_unstable_by(along);
-    let mut pieces = Vec::with_capacity(segments.len() + cuts.len());
+    let mut subsegments = Vec::with_capacity(segments.len() + cuts.len());
     let mut cuts = cuts.into_iter().peekable();
     for (segment, number) in segments.iter().zip(0..=u32::MAX) {
         let [mut from, to] = segment.ends;
         while let Some(cut) = cuts.next_if(|cut| cut.segment == number) {
             if cut.point != from && cut.point != to {
                 let ends = [from, cut.point];
-                pieces.push(Segment { ends, ..*segment });
+                subsegments.push(TaggedSegment { ends, ..*segment });
                 from = cut.point;
             }
         }
         let ends = [from, to];
-        pieces.push(Segment { ends, ..*segment });
+        subsegments.push(TaggedSegment { ends, ..*segment });
     }
-    *segments = pieces;
+    *segments = subsegments;
 }
 
 /// The order of two points along a segment, if they are on it but for rounding.

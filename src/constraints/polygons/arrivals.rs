@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::constraints::error::ConstraintError;
-use crate::constraints::polygons::check::{PolygonCheck, PolygonFaults, Runs, by_ends};
+use crate::constraints::polygons::check::{PolygonCheck, PolygonCounter, PolygonFaults, by_ends};
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::input::SegmentBatch;
 use crate::store::{EdgeSource, LineKind};
@@ -13,7 +13,7 @@ use crate::store::{EdgeSource, LineKind};
 pub(crate) struct Arrivals {
     /// Unless those that are inside out are to be put right.
     check: Option<PolygonCheck>,
-    runs: Runs,
+    counter: PolygonCounter,
     /// For each polygon but the first how many segments by their ends came before it. Those of no length do not count.
     starts: Option<Vec<u64>>,
     by_ends: u64,
@@ -25,7 +25,7 @@ impl Arrivals {
     pub(crate) fn new((checks, splits): (bool, bool), folder: &Path, memory: u64) -> Self {
         Self {
             check: checks.then(|| PolygonCheck::new(folder, memory)),
-            runs: Runs::default(),
+            counter: PolygonCounter::default(),
             starts: splits.then(Vec::new),
             by_ends: 0,
             between: 0,
@@ -44,7 +44,7 @@ impl Arrivals {
             check.push(first_line, batch)?;
         }
         for (key, _, [a, b]) in by_ends(first_line, batch) {
-            let (before, polygon) = (self.runs.number(), self.runs.next(key));
+            let (before, polygon) = (self.counter.number(), self.counter.next(key));
             if let Some(starts) = self.starts.as_mut().filter(|_| before != polygon) {
                 starts.push(self.by_ends);
             }

@@ -52,7 +52,7 @@ pub struct PolygonCheck {
     /// Segments of a polygon that fit in memory.
     most: usize,
     shares: PolygonShares,
-    runs: Runs,
+    counter: PolygonCounter,
     /// The polygon at hand, and the number of its line.
     polygon: u64,
     line: u64,
@@ -64,12 +64,12 @@ pub struct PolygonCheck {
 
 /// Numbers polygons in the order in which they come. Segments of one polygon come one after another.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Runs {
+pub(crate) struct PolygonCounter {
     last: Option<u64>,
     number: u64,
 }
 
-impl Runs {
+impl PolygonCounter {
     /// The number of the polygon with the last segment.
     pub(crate) fn number(self) -> u64 {
         self.number
@@ -104,7 +104,7 @@ impl PolygonCheck {
             folder: folder.to_owned(),
             most: (shares.polygon / BYTES).clamp(16, u64::from(u32::MAX)) as usize,
             shares,
-            runs: Runs::default(),
+            counter: PolygonCounter::default(),
             polygon: 0,
             line: 0,
             segments: Vec::new(),
@@ -126,7 +126,7 @@ impl PolygonCheck {
 
     /// Takes a segment of a polygon.
     pub(crate) fn take(&mut self, key: u64, line: u64, ends: [Point; 2]) -> Result<(), ConstraintError> {
-        let polygon = self.runs.next(key);
+        let polygon = self.counter.next(key);
         if polygon != self.polygon {
             self.end_polygon()?;
             self.polygon = polygon;
@@ -145,7 +145,7 @@ impl PolygonCheck {
     /// Those of [`push`](Self::push).
     pub fn finish(&mut self) -> Result<PolygonFaults, ConstraintError> {
         self.end_polygon()?;
-        self.runs.last = None;
+        self.counter.last = None;
         self.segments = Vec::new();
         Ok(self.faults)
     }
@@ -196,13 +196,13 @@ impl PolygonCheck {
     fn sweep_in_strips(&self, mut spool: SegmentSpool) -> Result<Outcome, ConstraintError> {
         let cuts = self.cuts(&mut spool)?;
         let ends = [f64::NEG_INFINITY, f64::INFINITY];
-        let sides: Vec<f64> = [ends[0]]
+        let bounds: Vec<f64> = [ends[0]]
             .into_iter()
             .chain(cuts.iter().copied())
             .chain([ends[1]])
             .collect();
         let (mut smallest, mut any_meets) = (None, false);
-        for strip in sides.windows(2) {
+        for strip in bounds.windows(2) {
             let strip = [strip[0], strip[1]];
             match Sweep::new(self.within(&mut spool, strip)?.into_iter()).run(Some(strip), &mut |_| {}) {
                 Outcome::Seen { first, meets, .. } => {

@@ -8,6 +8,6 @@
 
 pub(crate) mod arrivals;
 pub(crate) mod check;
-pub(crate) mod put_right;
+pub(crate) mod repair;
 mod status;
 mod sweep;

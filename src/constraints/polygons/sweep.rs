@@ -23,7 +23,7 @@ use std::collections::BinaryHeap;
 use std::ops::Range;
 
 use crate::collections::union_find::UnionFind;
-use crate::constraints::polygons::status::{Entry, Status};
+use crate::constraints::polygons::status::{Status, StatusEntry};
 use crate::geometry::{ExactCrossing, Orientation, Point, orient2d, segments_cross};
 
 /// Segments between the same ends, taken together.
@@ -37,7 +37,7 @@ pub(crate) struct Edge {
 
 /// A part of an edge that no other edge touches within.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Part {
+pub(crate) struct EdgePart {
     /// The number of the edge.
     pub(crate) edge: usize,
     /// Its smaller end first.
@@ -118,8 +118,8 @@ impl Sweep {
     }
 
     /// Sweeps over all of it, or over the points whose x is in a range; edges that do not meet that may be missing.
-    pub(crate) fn run(&self, range: Option<[f64; 2]>, take: &mut dyn FnMut(Part)) -> Outcome {
-        Line::over(self, range, take).run()
+    pub(crate) fn run(&self, range: Option<[f64; 2]>, take: &mut dyn FnMut(EdgePart)) -> Outcome {
+        SweepLine::over(self, range, take).run()
     }
 }
 
@@ -146,12 +146,12 @@ impl Ord for Event {
 }
 
 /// The sweep line.
-struct Line<'a> {
+struct SweepLine<'a> {
     sweep: &'a Sweep,
     range: [f64; 2],
     /// Whether the windings are known: not before the range begins.
     is_within: bool,
-    take: &'a mut dyn FnMut(Part),
+    take: &'a mut dyn FnMut(EdgePart),
     status: Status,
     /// Edges and larger ends that were met.
     begun: usize,
@@ -161,12 +161,12 @@ struct Line<'a> {
     meets: bool,
     faces: Faces,
     /// Kept for their memory.
-    taken: Vec<Entry>,
-    made: Vec<Entry>,
+    taken: Vec<StatusEntry>,
+    made: Vec<StatusEntry>,
 }
 
-impl<'a> Line<'a> {
-    fn over(sweep: &'a Sweep, range: Option<[f64; 2]>, take: &'a mut dyn FnMut(Part)) -> Self {
+impl<'a> SweepLine<'a> {
+    fn over(sweep: &'a Sweep, range: Option<[f64; 2]>, take: &'a mut dyn FnMut(EdgePart)) -> Self {
         Self {
             sweep,
             range: range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]),
@@ -233,17 +233,19 @@ impl<'a> Line<'a> {
             self.crossings.pop();
             self.meets |= starting.is_empty() && !is_end;
         }
-        let side = |entry: &Entry| {
+        let orientation = |entry: &StatusEntry| {
             let [from, to] = edges[entry.edge as usize].ends;
             orient2d(from, to, point)
         };
-        let at = self.status.search(|entry| side(entry) == Orientation::CounterClockwise);
+        let at = self
+            .status
+            .search(|entry| orientation(entry) == Orientation::CounterClockwise);
         let lower = self.status.below(at).copied();
         let (faces, is_within) = (&mut self.faces, self.is_within);
         let mut is_closed = true;
         let behind = self.status.replace(
             at,
-            |entry| side(entry) == Orientation::Collinear,
+            |entry| orientation(entry) == Orientation::Collinear,
             [&mut self.taken, &mut self.made],
             |taken, made| {
                 leave(edges, point, taken, starting, made);
@@ -253,7 +255,7 @@ impl<'a> Line<'a> {
             },
         );
         for entry in self.taken.iter().filter(|_| is_within) {
-            (self.take)(Part {
+            (self.take)(EdgePart {
                 edge: entry.edge as usize,
                 ends: [entry.from, point],
                 windings: entry.windings,
@@ -270,12 +272,12 @@ impl<'a> Line<'a> {
             [lowest, .., highest] => (Some(lowest.edge), Some(highest.edge)),
             [only] => (Some(only.edge), Some(only.edge)),
         };
-        let are_apart = self.look_at(point, lower, lowest) && self.look_at(point, highest, upper);
+        let are_apart = self.check_neighbours(point, lower, lowest) && self.check_neighbours(point, highest, upper);
         (!are_apart).then_some(Outcome::Crosses)
     }
 
     /// Notes where two neighbours cross. Returns whether they do so at points only.
-    fn look_at(&mut self, point: Point, one: Option<u32>, other: Option<u32>) -> bool {
+    fn check_neighbours(&mut self, point: Point, one: Option<u32>, other: Option<u32>) -> bool {
         let (Some(one), Some(other)) = (one, other) else {
             return true;
         };
@@ -299,23 +301,27 @@ impl<'a> Line<'a> {
 }
 
 /// What leaves a point: what is left of edges that were taken out there, and those with these numbers, by direction from below.
-fn leave(edges: &[Edge], point: Point, taken: &[Entry], starting: Range<usize>, made: &mut Vec<Entry>) {
+fn leave(edges: &[Edge], point: Point, taken: &[StatusEntry], starting: Range<usize>, made: &mut Vec<StatusEntry>) {
     let going_on = taken.iter().map(|entry| entry.edge);
     let going_on = going_on.filter(|&edge| edges[edge as usize].ends[1] != point);
-    made.extend(going_on.chain(starting.map(|edge| edge as u32)).map(|edge| Entry {
-        edge,
-        from: point,
-        windings: [0; 2],
-        face: 0,
-        is_first: true,
-    }));
+    made.extend(
+        going_on
+            .chain(starting.map(|edge| edge as u32))
+            .map(|edge| StatusEntry {
+                edge,
+                from: point,
+                windings: [0; 2],
+                face: 0,
+                is_first: true,
+            }),
+    );
     if made.len() > 1 {
         made.sort_unstable_by(|one, other| by_direction(edges, point, one, other).then(one.edge.cmp(&other.edge)));
     }
 }
 
 /// The order of two edges that leave a point.
-fn by_direction(edges: &[Edge], point: Point, one: &Entry, other: &Entry) -> Ordering {
+fn by_direction(edges: &[Edge], point: Point, one: &StatusEntry, other: &StatusEntry) -> Ordering {
     let [to, other] = [one, other].map(|entry| edges[entry.edge as usize].ends[1]);
     match orient2d(point, to, other) {
         Orientation::CounterClockwise => Ordering::Less,
@@ -349,8 +355,8 @@ impl Faces {
         &mut self,
         edges: &[Edge],
         point: Point,
-        [lower, highest]: [Option<&Entry>; 2],
-        made: &mut [Entry],
+        [lower, highest]: [Option<&StatusEntry>; 2],
+        made: &mut [StatusEntry],
     ) -> bool {
         let (mut winding, face) = lower.map_or((0, 0), |entry| (entry.windings[1], entry.face));
         let above = highest.map_or((winding, face), |entry| (entry.windings[1], entry.face));

@@ -19,13 +19,13 @@ const BLOCK_CHUNK: u64 = 256;
 pub(crate) struct BlockSegments {
     counts: Vec<u64>,
     /// None: it was taken.
-    blocks: Mutex<Vec<Option<OfBlock>>>,
+    blocks: Mutex<Vec<Option<BlockContent>>>,
     store: ChunkStore,
 }
 
 /// The segments of a block: first those in chunks.
 #[derive(Debug, Default)]
-struct OfBlock {
+struct BlockContent {
     chunks: Vec<Chunk>,
     rest: Vec<Segment>,
 }
@@ -34,8 +34,8 @@ impl BlockSegments {
     /// Starts to distribute segments to the leaves of a tree. How many will come is a hint.
     pub(crate) fn writer(tree: &KdTree, segments: u64, memory: u64) -> BlockWriter<'_> {
         let count = tree.tiles() as usize;
-        let mut blocks: Vec<OfBlock> = Vec::new();
-        blocks.resize_with(count, OfBlock::default);
+        let mut blocks: Vec<BlockContent> = Vec::new();
+        blocks.resize_with(count, BlockContent::default);
         let mut held = 0;
         if let [block] = &mut *blocks
             && segments.saturating_mul(SEGMENT_BYTES) <= memory
@@ -65,19 +65,19 @@ impl BlockSegments {
     /// Bytes that all take in memory now.
     #[cfg(test)]
     pub(crate) fn byte_size(&self) -> u64 {
-        let of_block = |block: &OfBlock| {
+        let content = |block: &BlockContent| {
             block.rest.capacity() as u64 * SEGMENT_BYTES + (block.chunks.capacity() * size_of::<Chunk>()) as u64
         };
-        self.blocks.lock().iter().flatten().map(of_block).sum()
+        self.blocks.lock().iter().flatten().map(content).sum()
     }
 
     /// The segments of a block, in the order in which they came; once, for any thread.
     ///
     /// An error is what the system says, or that they were damaged or taken before.
     pub(crate) fn take(&self, block: u32) -> io::Result<Vec<Segment>> {
-        let of_block = self.blocks.lock().get_mut(block as usize).and_then(Option::take);
+        let content = self.blocks.lock().get_mut(block as usize).and_then(Option::take);
         let taken = || io::Error::new(io::ErrorKind::NotFound, "the segments of a block were taken before");
-        let OfBlock { chunks, rest } = of_block.ok_or_else(taken)?;
+        let BlockContent { chunks, rest } = content.ok_or_else(taken)?;
         if chunks.is_empty() {
             return Ok(rest);
         }
@@ -104,7 +104,7 @@ impl BlockSegments {
 pub(crate) struct BlockWriter<'a> {
     cells: SegmentCells<'a>,
     counts: Vec<u64>,
-    blocks: Vec<OfBlock>,
+    blocks: Vec<BlockContent>,
     /// Segments of a full chunk.
     capacity: usize,
     /// Bytes in memory, until they are more than there may be.
@@ -168,7 +168,7 @@ impl BlockWriter<'_> {
     }
 }
 
-impl OfBlock {
+impl BlockContent {
     /// Writes what is in memory, in chunks of so many segments.
     fn spill(&mut self, capacity: usize, store: &mut ChunkStore, bytes: &mut Vec<u8>) -> io::Result<()> {
         for segments in self.rest.chunks(capacity) {

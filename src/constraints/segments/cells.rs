@@ -30,7 +30,7 @@ pub(crate) struct SegmentCells<'a> {
     /// The cell of each leaf.
     cells: Vec<Rect>,
     /// Nodes that are still to be looked at.
-    open: Vec<Below>,
+    open: Vec<OpenNode>,
     /// The ends of segments, and the leaves of these.
     ends: Vec<Point>,
     leaves: Vec<u32>,
@@ -38,7 +38,7 @@ pub(crate) struct SegmentCells<'a> {
 
 /// A node that a segment meets.
 #[derive(Clone, Copy, Debug)]
-struct Below {
+struct OpenNode {
     node: u32,
     cell: Rect,
     /// Whether both ends are in the closed cell. Then where they lie tells which children the segment meets.
@@ -71,27 +71,27 @@ impl<'a> SegmentCells<'a> {
         self.ends.extend(segments.iter().flat_map(|segment| segment.ends));
         self.leaves.clear();
         self.index.cells_of(&self.ends, &mut self.leaves);
-        for (place, segment) in segments.iter().enumerate() {
+        for (index, segment) in segments.iter().enumerate() {
             // Most segments lie within a cell and touch no side of it.
-            let [leaf, other] = [self.leaves[2 * place], self.leaves[2 * place + 1]];
+            let [leaf, other] = [self.leaves[2 * index], self.leaves[2 * index + 1]];
             let cell = self.cells[leaf as usize];
             let is_within = |p: Point| cell.min_x < p.x && p.x < cell.max_x && cell.min_y < p.y && p.y < cell.max_y;
             if leaf == other && is_within(segment.ends[0]) && is_within(segment.ends[1]) {
-                take(leaf, place);
+                take(leaf, index);
             } else {
-                self.descend(segment.ends, |leaf| take(leaf, place));
+                self.descend(segment.ends, |leaf| take(leaf, index));
             }
         }
     }
 
     fn descend(&mut self, ends: [Point; 2], mut take: impl FnMut(u32)) {
         let [a, b] = ends;
-        self.open.push(Below {
+        self.open.push(OpenNode {
             node: 0,
             cell: self.cell,
             has_ends: self.cell.contains(a) && self.cell.contains(b),
         });
-        while let Some(Below { node, cell, has_ends }) = self.open.pop() {
+        while let Some(OpenNode { node, cell, has_ends }) = self.open.pop() {
             let (cut, low, high, right, along) = match self.tree.nodes()[node as usize] {
                 KdNode::X { cut, right } => {
                     let (low, high) = (Rect { max_x: cut, ..cell }, Rect { min_x: cut, ..cell });
@@ -113,7 +113,7 @@ impl<'a> SegmentCells<'a> {
             ];
             for (node, cell, is_reached, has_both) in children {
                 if is_reached && (has_ends || segment_meets(ends, cell)) {
-                    self.open.push(Below {
+                    self.open.push(OpenNode {
                         node,
                         cell,
                         has_ends: has_ends && has_both,

@@ -2,15 +2,15 @@
 //!
 //! In: record numbers, two for each segment, and then points in batches. Out: the places of all ends, part by part.
 //!
-//! Parts are made one after the other as records come, and each is a small join of its own ([`Part`]). A batch goes along all
+//! Parts are made one after the other as records come, and each is a small join of its own ([`JoinPart`]). A batch goes along all
 //! of them, which is a merge that nobody needs to do: in each part the pairs of its records lie together. Batches should come
 //! in the order of their records, as inputs do; if they do not, parts look for the place to go on.
 
 use std::io;
 
 use crate::constraints::segments::chunk_store::ChunkStore;
+use crate::constraints::segments::join_part::{END_BITS, JoinPart, PartLimits};
 use crate::constraints::segments::lookup::Lookup;
-use crate::constraints::segments::part::{END_BITS, Part, PartLimits};
 use crate::geometry::Point;
 use crate::input::PointBatch;
 use crate::memory::JoinShares;
@@ -24,7 +24,7 @@ const PARTS: u64 = 64;
 #[derive(Debug)]
 pub(crate) struct Join {
     shares: JoinShares,
-    parts: Vec<Part>,
+    parts: Vec<JoinPart>,
     /// Ends in all parts.
     ends: u64,
     /// The records of ends that are in no part yet.
@@ -49,7 +49,7 @@ impl Join {
 
     /// Bytes in memory, but for those of chunks that the store keeps there.
     pub(crate) fn byte_size(&self) -> u64 {
-        let parts: usize = self.parts.iter().map(Part::byte_size).sum();
+        let parts: usize = self.parts.iter().map(JoinPart::byte_size).sum();
         (parts + self.records.capacity() * size_of::<u64>()) as u64
     }
 
@@ -79,7 +79,7 @@ impl Join {
 
     fn add_part(&mut self, store: &mut ChunkStore) -> io::Result<()> {
         let chunk_bytes = self.shares.chunk;
-        let part = Part::new(&mut self.records, chunk_bytes, store)?;
+        let part = JoinPart::new(&mut self.records, chunk_bytes, store)?;
         self.ends += u64::from(part.ends());
         self.parts.push(part);
         Ok(())
@@ -116,7 +116,7 @@ impl Join {
             self.add_part(store)?;
         }
         self.records = Vec::new();
-        self.parts.iter_mut().for_each(Part::rest);
+        self.parts.iter_mut().for_each(JoinPart::rest);
         Ok(())
     }
 
@@ -131,13 +131,13 @@ impl Join {
         mut take: impl FnMut(&[[Point; 2]], &mut ChunkStore) -> Result<(), E>,
         missing: impl Fn(u64, u64) -> E,
     ) -> Result<(), E> {
-        let mut places = Vec::new();
+        let mut positions = Vec::new();
         let mut first_end = 0;
         for part in &mut self.parts {
-            if let Err((end, record)) = part.places(is_last, store, &mut places)? {
+            if let Err((end, record)) = part.positions(is_last, store, &mut positions)? {
                 return Err(missing((first_end + u64::from(end)) / 2, record));
             }
-            take(places.as_chunks().0, store)?;
+            take(positions.as_chunks().0, store)?;
             first_end += u64::from(part.ends());
         }
         Ok(())

@@ -13,11 +13,11 @@ pub(crate) struct Lookup<'a> {
     /// The lowest and the highest number.
     pub(crate) first: u64,
     pub(crate) last: u64,
-    places: Places,
+    index: RecordIndex,
 }
 
 #[derive(Debug)]
-enum Places {
+enum RecordIndex {
     /// The place of each number from the first on.
     Table(Vec<u32>),
     /// Numbers with their places, in order.
@@ -30,39 +30,39 @@ impl<'a> Lookup<'a> {
         let (&first, &last) = batch.records.iter().min().zip(batch.records.iter().max())?;
         let numbered = batch.records.iter().copied().zip(0u32..);
         // A few gaps cost less than searching.
-        let places = if last - first < 4 * batch.records.len() as u64 {
+        let index = if last - first < 4 * batch.records.len() as u64 {
             let mut table = vec![NONE; (last - first) as usize + 1];
-            for (record, place) in numbered {
-                table[(record - first) as usize] = place;
+            for (record, index) in numbered {
+                table[(record - first) as usize] = index;
             }
-            Places::Table(table)
+            RecordIndex::Table(table)
         } else {
             let mut sorted: Vec<(u64, u32)> = numbered.collect();
             sorted.sort_unstable();
-            Places::Sorted(sorted)
+            RecordIndex::Sorted(sorted)
         };
         Some(Self {
             points: &batch.points,
             first,
             last,
-            places,
+            index,
         })
     }
 
     /// The point with a number.
     #[inline]
     pub(crate) fn point(&self, record: u64) -> Option<Point> {
-        let place = match &self.places {
-            Places::Table(table) => {
+        let index = match &self.index {
+            RecordIndex::Table(table) => {
                 let at = usize::try_from(record.checked_sub(self.first)?).ok()?;
                 *table.get(at)?
             }
-            Places::Sorted(sorted) => {
+            RecordIndex::Sorted(sorted) => {
                 let after = sorted.partition_point(|&(other, _)| other <= record);
-                let &(found, place) = sorted.get(after.checked_sub(1)?)?;
-                if found == record { place } else { NONE }
+                let &(found, index) = sorted.get(after.checked_sub(1)?)?;
+                if found == record { index } else { NONE }
             }
         };
-        self.points.get(place as usize).map(|point| point.normalized())
+        self.points.get(index as usize).map(|point| point.normalized())
     }
 }

@@ -15,7 +15,7 @@ pub(crate) struct Hubs {
     degrees: Vec<u32>,
     hubs: HashSet<VertexIndex>,
     /// The side from one corner to another, one of which is a hub.
-    sides: HashMap<[VertexIndex; 2], HalfEdge>,
+    half_edges: HashMap<[VertexIndex; 2], HalfEdge>,
 }
 
 impl Hubs {
@@ -36,8 +36,8 @@ impl Hubs {
             .filter(|(_, degree)| **degree > MOST_AROUND);
         this.hubs = hubs.map(|(vertex, _)| vertex).collect();
         if !this.hubs.is_empty() {
-            for (&corners, place) in triangles.iter().zip((0..).map(TriangleId)) {
-                this.enter(corners, place);
+            for (&corners, triangle) in triangles.iter().zip((0..).map(TriangleId)) {
+                this.enter(corners, triangle);
             }
         }
         this
@@ -45,7 +45,7 @@ impl Hubs {
 
     /// Bytes that it takes in memory, about.
     pub(crate) fn byte_size(&self) -> usize {
-        4 * self.degrees.len() + 24 * self.sides.len()
+        4 * self.degrees.len() + 24 * self.half_edges.len()
     }
 
     /// The number of triangles at a vertex of the tile.
@@ -64,8 +64,8 @@ impl Hubs {
     }
 
     /// The side from one corner to another, one of which is a hub.
-    pub(crate) fn side(&self, ends: [VertexIndex; 2]) -> Option<HalfEdge> {
-        self.sides.get(&ends).copied()
+    pub(crate) fn half_edge(&self, ends: [VertexIndex; 2]) -> Option<HalfEdge> {
+        self.half_edges.get(&ends).copied()
     }
 
     /// Makes a vertex a hub. All its triangles must be entered then.
@@ -74,13 +74,13 @@ impl Hubs {
     }
 
     /// Takes a new triangle, by its corners and its place.
-    pub(crate) fn add(&mut self, corners: [VertexIndex; 3], place: TriangleId) {
+    pub(crate) fn add(&mut self, corners: [VertexIndex; 3], triangle: TriangleId) {
         for corner in corners {
             if let Some(degree) = self.degrees.get_mut(corner.index()) {
                 *degree += 1;
             }
         }
-        self.enter(corners, place);
+        self.enter(corners, triangle);
     }
 
     /// Forgets a triangle.
@@ -91,14 +91,14 @@ impl Hubs {
             }
         }
         for (ends, _) in self.of_hubs(corners) {
-            self.sides.remove(&ends);
+            self.half_edges.remove(&ends);
         }
     }
 
     /// Notes the sides of a triangle that start or end at a hub.
-    pub(crate) fn enter(&mut self, corners: [VertexIndex; 3], place: TriangleId) {
+    pub(crate) fn enter(&mut self, corners: [VertexIndex; 3], triangle: TriangleId) {
         for (ends, corner) in self.of_hubs(corners) {
-            self.sides.insert(ends, HalfEdge::new(place, corner));
+            self.half_edges.insert(ends, HalfEdge::new(triangle, corner));
         }
     }
 
@@ -106,7 +106,7 @@ impl Hubs {
     fn of_hubs(&self, corners: [VertexIndex; 3]) -> impl Iterator<Item = ([VertexIndex; 2], u32)> + use<> {
         let [a, b, c] = corners;
         let is_hub = corners.map(|corner| self.has(corner));
-        let sides = [([a, b], 0), ([b, c], 1), ([c, a], 2)].into_iter();
-        sides.filter(move |(_, s)| is_hub[*s as usize] || is_hub[(*s as usize + 1) % 3])
+        let half_edges = [([a, b], 0), ([b, c], 1), ([c, a], 2)].into_iter();
+        half_edges.filter(move |(_, s)| is_hub[*s as usize] || is_hub[(*s as usize + 1) % 3])
     }
 }

@@ -32,8 +32,8 @@ impl EditTile {
     }
 
     /// The sources of a side's edge, as seen from its smaller corner; none if it belongs to another tile.
-    pub(crate) fn sources_of(&self, side: HalfEdge) -> &[EdgeSource] {
-        let (ends, _) = in_order([self.origin(side), self.destination(side)]);
+    pub(crate) fn sources_of(&self, half_edge: HalfEdge) -> &[EdgeSource] {
+        let (ends, _) = in_order([self.origin(half_edge), self.destination(half_edge)]);
         self.sources.get(&ends).map_or(&[], Vec::as_slice)
     }
 
@@ -65,8 +65,10 @@ impl EditTile {
     /// Constraint edges that belong to the tile, and their sources as seen along a side of each.
     pub(crate) fn owned_constraints(&self) -> impl Iterator<Item = (HalfEdge, &[EdgeSource])> {
         self.sources.iter().filter_map(|(&[from, to], sources)| {
-            let side = self.side_along([from, to]).or_else(|| self.side_along([to, from]))?;
-            Some((side, sources.as_slice()))
+            let half_edge = self
+                .half_edge_along([from, to])
+                .or_else(|| self.half_edge_along([to, from]))?;
+            Some((half_edge, sources.as_slice()))
         })
     }
 }

@@ -14,7 +14,7 @@ mod shapes;
 mod splitting;
 
 /// The pairs that cross, the smaller number first, and where.
-type Found = BTreeMap<[u32; 2], [u64; 2]>;
+type Crossings = BTreeMap<[u32; 2], [u64; 2]>;
 
 fn bits(p: Point) -> [u64; 2] {
     [p.x.to_bits(), p.y.to_bits()]
@@ -25,8 +25,8 @@ fn point([x, y]: [i32; 2]) -> Point {
 }
 
 /// What is found in a cell; each pair once.
-fn found_in(segments: &[[Point; 2]], cell: Rect) -> Found {
-    let mut all = Found::new();
+fn found_in(segments: &[[Point; 2]], cell: Rect) -> Crossings {
+    let mut all = Crossings::new();
     let done = find(segments, cell, &mut |one, other, point| {
         let before = all.insert([one.min(other), one.max(other)], bits(point));
         assert_eq!(before, None, "{one} and {other} are found twice");
@@ -37,12 +37,12 @@ fn found_in(segments: &[[Point; 2]], cell: Rect) -> Found {
 }
 
 /// All pairs that cross, from left to right.
-fn by_brute_force(segments: &[[Point; 2]]) -> Found {
+fn by_brute_force(segments: &[[Point; 2]]) -> Crossings {
     let mut order: Vec<(Rect, u32)> = segments.iter().map(|&segment| bounds(segment)).zip(0..).collect();
     order.sort_by(|a, b| a.0.min_x.total_cmp(&b.0.min_x));
-    let mut all = Found::new();
-    for (place, &(one, i)) in order.iter().enumerate() {
-        for &(other, j) in order[place + 1..]
+    let mut all = Crossings::new();
+    for (position, &(one, i)) in order.iter().enumerate() {
+        for &(other, j) in order[position + 1..]
             .iter()
             .take_while(|(other, _)| other.min_x <= one.max_x)
         {
@@ -95,17 +95,17 @@ fn cut(cell: Rect, cuts: &[(bool, Point)]) -> Vec<Rect> {
 /// which may be on the other side than the exact ones.
 fn check_cells(segments: &[[Point; 2]], cuts: &[(bool, usize)]) {
     let all = by_brute_force(segments);
-    let mut places: Vec<Point> = segments.iter().flatten().copied().collect();
-    places.extend(
+    let mut points: Vec<Point> = segments.iter().flatten().copied().collect();
+    points.extend(
         all.values()
             .map(|&[x, y]| Point::new(f64::from_bits(x), f64::from_bits(y))),
     );
     let cuts: Vec<(bool, Point)> = cuts
         .iter()
-        .map(|&(by_x, at)| (by_x, places[at % places.len()]))
+        .map(|&(by_x, at)| (by_x, points[at % points.len()]))
         .collect();
     let far = 1e9;
-    let mut sum = Found::new();
+    let mut sum = Crossings::new();
     for cell in cut(Rect::new(-far, -far, far, far), &cuts) {
         let its: Vec<u32> = (0..)
             .zip(segments)

@@ -96,7 +96,7 @@ fn check_effort(segments: &[[Point; 2]], most: f64) {
 fn edges_of_a_mesh_do_not_cross() {
     // More than are copied to lie together.
     let mut segments = mesh(90, &mut Random(1));
-    assert_eq!(found_in(&segments, Rect::PLANE), Found::new());
+    assert_eq!(found_in(&segments, Rect::PLANE), Crossings::new());
     check_effort(&segments, 10.0);
     // Until some do.
     segments.extend((0..20).map(|i| [point([i, -1]), point([80 - 3 * i, 91])]));
@@ -146,7 +146,7 @@ fn stars() {
     let mut random = Random(6);
     let centre = Point::new(0.25, 0.5);
     let even = star(20_000, centre, || 1.0);
-    assert_eq!(found_in(&even, Rect::PLANE), Found::new());
+    assert_eq!(found_in(&even, Rect::PLANE), Crossings::new());
     check_effort(&even, 0.0);
     let mut uneven = star(20_000, centre, || random.unit().powi(4));
     check_effort(&uneven, 1.0);
@@ -166,7 +166,7 @@ fn a_star_with_something_between_its_rays() {
         let (sine, cosine) = ((i as f64 + 0.5) / rays as f64 * std::f64::consts::TAU).sin_cos();
         segments.push([0.6, 0.601].map(|at| Point::new(cosine * at, sine * at)));
     }
-    assert_eq!(found_in(&segments, Rect::PLANE), Found::new());
+    assert_eq!(found_in(&segments, Rect::PLANE), Crossings::new());
     check_effort(&segments, 400.0);
 }
 
@@ -175,7 +175,7 @@ fn two_stars_that_face_each_other() {
     let between = |i: i32| Point::new(0.5, f64::from(i) / 20_000.0);
     let mut segments: Vec<_> = (0..20_000).map(|i| [Point::new(0.0, 0.0), between(i)]).collect();
     segments.extend((0..20_000).map(|i| [Point::new(1.0, 0.0), between(i)]));
-    assert_eq!(found_in(&segments, Rect::PLANE), Found::new());
+    assert_eq!(found_in(&segments, Rect::PLANE), Crossings::new());
     check_effort(&segments, 400.0);
 }
 
@@ -191,7 +191,7 @@ fn combs() {
         let mut segments: Vec<_> = (0..20_000)
             .map(|i| [along(i.into(), 0.0), along(i.into(), 1e5)])
             .collect();
-        assert_eq!(found_in(&segments, Rect::PLANE), Found::new());
+        assert_eq!(found_in(&segments, Rect::PLANE), Crossings::new());
         check_effort(&segments, 20.0);
         segments.push([along(-0.5, -1.0), along(2000.5, 7e4)]);
         assert_eq!(found_in(&segments, Rect::PLANE).len(), 2001);
@@ -203,7 +203,7 @@ fn the_same_again_and_again() {
     let (a, b) = (point([0, 0]), point([3, 1]));
     let mut segments = vec![[a, b]; 10_000];
     segments.extend(vec![[b, a]; 10_000]);
-    assert_eq!(found_in(&segments, Rect::PLANE), Found::new());
+    assert_eq!(found_in(&segments, Rect::PLANE), Crossings::new());
     check_effort(&segments, 0.0);
     segments.extend([[point([1, 2]), point([2, -2])]; 3]);
     assert_eq!(found_in(&segments, Rect::PLANE).len(), 60_000);
@@ -214,7 +214,7 @@ fn overlapping_chains() {
     let segments: Vec<_> = (0..20_000)
         .map(|i| [point([i, 2 * i]), point([i + 4, 2 * i + 8])])
         .collect();
-    assert_eq!(found_in(&segments, Rect::PLANE), Found::new());
+    assert_eq!(found_in(&segments, Rect::PLANE), Crossings::new());
     check_effort(&segments, 20.0);
 }
 

@@ -3,30 +3,30 @@
 use std::collections::BTreeSet;
 
 use crate::constraints::crossings::split;
-use crate::constraints::crossings::split::{Segment, Split};
+use crate::constraints::crossings::split::{Split, TaggedSegment};
 use crate::constraints::crossings::tests::*;
 use crate::constraints::error::SplitError;
 use crate::geometry::{Point, Rect};
 
-fn numbered(segments: &[[Point; 2]]) -> Vec<Segment<u32>> {
+fn numbered(segments: &[[Point; 2]]) -> Vec<TaggedSegment<u32>> {
     let numbered = segments.iter().zip(0..);
-    numbered.map(|(&ends, carried)| Segment { ends, carried }).collect()
+    numbered.map(|(&ends, tag)| TaggedSegment { ends, tag }).collect()
 }
 
 /// Pieces as a set.
-fn sorted(pieces: &[Segment<u32>]) -> Vec<(u32, [[u64; 2]; 2])> {
-    let mut all: Vec<_> = pieces
+fn sorted(subsegments: &[TaggedSegment<u32>]) -> Vec<(u32, [[u64; 2]; 2])> {
+    let mut all: Vec<_> = subsegments
         .iter()
-        .map(|piece| (piece.carried, piece.ends.map(bits)))
+        .map(|subsegment| (subsegment.tag, subsegment.ends.map(bits)))
         .collect();
     all.sort_unstable();
     all
 }
 
 /// Checks that the pieces of each segment are a chain from its one end to its other that never turns back.
-fn check_chains(segments: &[[Point; 2]], pieces: &[Segment<u32>]) {
+fn check_chains(segments: &[[Point; 2]], subsegments: &[TaggedSegment<u32>]) {
     for (&[from, to], number) in segments.iter().zip(0..) {
-        let its: Vec<[Point; 2]> = pieces.iter().filter(|p| p.carried == number).map(|p| p.ends).collect();
+        let its: Vec<[Point; 2]> = subsegments.iter().filter(|p| p.tag == number).map(|p| p.ends).collect();
         assert_eq!((its[0][0], its[its.len() - 1][1]), (from, to));
         for pair in its.windows(2) {
             assert_eq!(pair[0][1], pair[1][0]);
@@ -55,11 +55,11 @@ fn touches(segments: &[[Point; 2]]) -> BTreeSet<(usize, [u64; 2])> {
 
 /// Splits, and checks all that is promised.
 fn check_split(segments: &[[Point; 2]]) -> Split {
-    let mut pieces = numbered(segments);
-    let done = split(&mut pieces, usize::MAX).unwrap();
-    let ends: Vec<[Point; 2]> = pieces.iter().map(|piece| piece.ends).collect();
-    assert_eq!(by_brute_force(&ends), Found::new());
-    check_chains(segments, &pieces);
+    let mut subsegments = numbered(segments);
+    let done = split(&mut subsegments, usize::MAX).unwrap();
+    let ends: Vec<[Point; 2]> = subsegments.iter().map(|subsegment| subsegment.ends).collect();
+    assert_eq!(by_brute_force(&ends), Crossings::new());
+    check_chains(segments, &subsegments);
 
     let crossings = by_brute_force(segments);
     assert_eq!(done.crossings.first().copied().unwrap_or(0), crossings.len() as u64);
@@ -72,9 +72,11 @@ fn check_split(segments: &[[Point; 2]]) -> Split {
     assert_eq!(after, &before | &points);
     // Segments pass through the crossing points that they had, and still touch what they touched.
     let passes = |number: usize, point: [u64; 2]| {
-        let its = pieces.iter().filter(|piece| piece.carried as usize == number);
+        let its = subsegments
+            .iter()
+            .filter(|subsegment| subsegment.tag as usize == number);
         let at = Point::new(f64::from_bits(point[0]), f64::from_bits(point[1]));
-        let mut its = its.map(|piece| piece.ends);
+        let mut its = its.map(|subsegment| subsegment.ends);
         its.any(|[a, b]| {
             a == at || b == at || bounds([a, b]).contains(at) && orient2d(a, b, at) == Orientation::Collinear
         })
@@ -90,20 +92,20 @@ fn check_split(segments: &[[Point; 2]]) -> Split {
 
 /// Splits them in another order, some the other way round: the same pieces must come of it.
 fn check_order(segments: &[[Point; 2]], order: &[u32]) {
-    let mut pieces = numbered(segments);
-    let mut others = pieces.clone();
-    others.sort_by_key(|segment| order[segment.carried as usize % order.len()]);
-    let is_reversed = |segment: &Segment<u32>| order[segment.carried as usize % order.len()] % 2 == 1;
-    let reverse = |segments: &mut [Segment<u32>]| {
+    let mut subsegments = numbered(segments);
+    let mut others = subsegments.clone();
+    others.sort_by_key(|segment| order[segment.tag as usize % order.len()]);
+    let is_reversed = |segment: &TaggedSegment<u32>| order[segment.tag as usize % order.len()] % 2 == 1;
+    let reverse = |segments: &mut [TaggedSegment<u32>]| {
         let reversed = segments.iter_mut().filter(|segment| is_reversed(segment));
         reversed.for_each(|segment| segment.ends.reverse());
     };
     reverse(&mut others);
-    let done = split(&mut pieces, usize::MAX);
+    let done = split(&mut subsegments, usize::MAX);
     assert_eq!(done, split(&mut others, usize::MAX));
     if done.is_ok() {
         reverse(&mut others);
-        assert_eq!(sorted(&pieces), sorted(&others));
+        assert_eq!(sorted(&subsegments), sorted(&others));
     }
 }
 
@@ -206,24 +208,28 @@ fn ends_on_what_is_bent_stay_on_it() {
         [point([2, 6]), point([0, 6])],
         [point([0, 11]), point([9, 10])],
     ];
-    let mut pieces = numbered(&segments);
-    let done = split(&mut pieces, 10).unwrap();
+    let mut subsegments = numbered(&segments);
+    let done = split(&mut subsegments, 10).unwrap();
     assert_eq!(done.points.len(), 1);
-    let of_wall: Vec<Point> = pieces
+    let of_wall: Vec<Point> = subsegments
         .iter()
-        .filter(|piece| piece.carried == 0)
-        .map(|piece| piece.ends[1])
+        .filter(|subsegment| subsegment.tag == 0)
+        .map(|subsegment| subsegment.ends[1])
         .collect();
     assert_eq!(of_wall, [point([1, 3]), point([2, 6]), done.points[0], point([7, 21])]);
     check_split(&segments);
 }
 
 /// Splits where there are no other points.
-fn split<T: Copy>(segments: &mut Vec<Segment<T>>, limit: usize) -> Result<Split, SplitError> {
+fn split<T: Copy>(segments: &mut Vec<TaggedSegment<T>>, limit: usize) -> Result<Split, SplitError> {
     split::split(segments, limit, &[], &mut |_, _| Ok(()))
 }
 
-fn split_in_rounds<T: Copy>(segments: &mut Vec<Segment<T>>, limit: usize, rounds: usize) -> Result<Split, SplitError> {
+fn split_in_rounds<T: Copy>(
+    segments: &mut Vec<TaggedSegment<T>>,
+    limit: usize,
+    rounds: usize,
+) -> Result<Split, SplitError> {
     split::split_in_rounds(segments, (limit, rounds), &[], &mut |_, _| Ok(()))
 }
 
@@ -251,16 +257,16 @@ fn points_on_segments_that_are_bent_cut_them() {
             points.chunks(batch).for_each(take);
             Ok::<_, SplitError>(())
         };
-        let mut pieces = numbered(&segments);
-        let done = split::split(&mut pieces, 10, &[], &mut given).unwrap();
+        let mut subsegments = numbered(&segments);
+        let done = split::split(&mut subsegments, 10, &[], &mut given).unwrap();
         assert_eq!((done.crossings.as_slice(), done.points.len(), asked), (&[1][..], 1, 1));
         let crossing = done.points[0];
         assert!(
             crate::geometry::orient2d(p(0.0, 0.0), crossing, p(3.0, 1.0)) != crate::geometry::Orientation::Collinear
         );
         let of = |number| -> Vec<[Point; 2]> {
-            let its = pieces.iter().filter(|piece| piece.carried == number);
-            its.map(|piece| piece.ends).collect()
+            let its = subsegments.iter().filter(|subsegment| subsegment.tag == number);
+            its.map(|subsegment| subsegment.ends).collect()
         };
         let along = |corners: &[Point]| corners.windows(2).map(|ends| [ends[0], ends[1]]).collect::<Vec<_>>();
         assert_eq!(

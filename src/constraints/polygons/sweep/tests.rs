@@ -9,11 +9,11 @@ pub(crate) fn rings() -> impl Strategy<Value = Vec<[Point; 2]>> {
     let ring = prop::collection::vec((0i32..7, 0i32..7), 1..7);
     prop::collection::vec(ring, 1..5).prop_map(|rings| {
         let sides = |ring: Vec<(i32, i32)>| -> Vec<[Point; 2]> {
-            let at = |place: usize| {
-                let (x, y) = ring[place % ring.len()];
+            let at = |index: usize| {
+                let (x, y) = ring[index % ring.len()];
                 Point::new(x.into(), y.into())
             };
-            (0..ring.len()).map(|place| [at(place), at(place + 1)]).collect()
+            (0..ring.len()).map(|index| [at(index), at(index + 1)]).collect()
         };
         rings.into_iter().flat_map(sides).collect()
     })
@@ -39,9 +39,9 @@ fn crossings(segments: &[[Point; 2]]) -> (bool, bool) {
     let (mut any, mut all_at_points) = (false, true);
     for (at, &one) in segments.iter().enumerate() {
         for &other in &segments[..at] {
-            if let Some(place) = ExactCrossing::of(one, other).map(|crossing| crossing.rounded()) {
-                let is_on = |[a, b]: [Point; 2]| orient2d(a, b, place) == Orientation::Collinear;
-                any |= !segments.as_flattened().contains(&place);
+            if let Some(point) = ExactCrossing::of(one, other).map(|crossing| crossing.rounded()) {
+                let is_on = |[a, b]: [Point; 2]| orient2d(a, b, point) == Orientation::Collinear;
+                any |= !segments.as_flattened().contains(&point);
                 all_at_points &= is_on(one) && is_on(other);
             }
         }
@@ -110,7 +110,7 @@ proptest! {
         }
         // No part of any segment was left out, but of those that go there and back.
         for edge in 0..sweep.edge_count() {
-            let mut its: Vec<Part> = parts.iter().filter(|part| part.edge == edge).copied().collect();
+            let mut its: Vec<EdgePart> = parts.iter().filter(|part| part.edge == edge).copied().collect();
             its.sort_by(|one, other| one.ends[0].lex_cmp(other.ends[0]));
             prop_assert_eq!(its[0].ends[0], sweep.edges[edge].ends[0]);
             prop_assert_eq!(its[its.len() - 1].ends[1], sweep.edges[edge].ends[1]);

@@ -7,7 +7,7 @@ use crate::constraints::segments::spool::*;
 
 /// What a build does with segments, and what must come of it.
 #[derive(Clone, Debug)]
-enum Step {
+enum SpoolStep {
     /// Segments by their ends, of this kind, with z or none.
     ByEnds(Vec<[Point; 2]>, LineKind, bool),
     /// Segments between records, given by their ranks.
@@ -44,9 +44,9 @@ impl Model {
         lines.collect()
     }
 
-    fn step(&mut self, spool: &mut SegmentSpool, step: &Step, record: impl Fn(u64) -> u64) {
+    fn step(&mut self, spool: &mut SegmentSpool, step: &SpoolStep, record: impl Fn(u64) -> u64) {
         match step {
-            Step::ByEnds(ends, kind, has_z) => {
+            SpoolStep::ByEnds(ends, kind, has_z) => {
                 let lines = self.lines(ends.len());
                 let z: Vec<_> = lines.iter().copied().filter(|_| *has_z).map(z_of).collect();
                 spool.push(ends, &z, *kind, &lines).unwrap();
@@ -58,7 +58,7 @@ impl Model {
                     self.z.push(z.get(at).copied().unwrap_or_default());
                 }
             }
-            Step::Between(ranks, kind) => {
+            SpoolStep::Between(ranks, kind) => {
                 let lines = self.lines(ranks.len());
                 let records: Vec<_> = ranks.iter().map(|ranks| ranks.map(&record)).collect();
                 spool.push_between(&records, *kind, &lines).unwrap();
@@ -66,14 +66,14 @@ impl Model {
                 self.between
                     .extend(its.map(|(&records, &line)| (records, [None; 2], EdgeSource::new(*kind, line))));
             }
-            Step::Points(ranks) => {
+            SpoolStep::Points(ranks) => {
                 self.batches += 1;
                 let batch = self.batch(ranks, record);
                 spool.resolve(&batch).unwrap();
-                let places: HashMap<u64, Point> = batch.records.iter().copied().zip(batch.points).collect();
+                let positions: HashMap<u64, Point> = batch.records.iter().copied().zip(batch.points).collect();
                 for (records, ends, _) in &mut self.between {
                     for (record, end) in records.iter().zip(ends) {
-                        *end = places.get(record).map(|p| p.normalized()).or(*end);
+                        *end = positions.get(record).map(|p| p.normalized()).or(*end);
                     }
                 }
             }
@@ -84,13 +84,13 @@ impl Model {
 
     /// Points that are not where the batch before had them.
     fn batch(&self, ranks: &[u64], record: impl Fn(u64) -> u64) -> PointBatch {
-        let place = |(rank, at): (&u64, usize)| match rank % 4 {
+        let position = |(rank, at): (&u64, usize)| match rank % 4 {
             0 => Point::new(-0.0, *rank as f64),
             1 => Point::new(3.0, 4.0),
             _ => Point::new(*rank as f64, (self.batches * 1000) as f64 + at as f64),
         };
         PointBatch {
-            points: ranks.iter().zip(0..).map(place).collect(),
+            points: ranks.iter().zip(0..).map(position).collect(),
             z: Vec::new(),
             records: ranks.iter().map(|&rank| record(rank)).collect(),
         }
@@ -168,7 +168,7 @@ fn kind() -> impl Strategy<Value = LineKind> {
     prop::sample::select(vec![LineKind::BreakLine, LineKind::Wall, LineKind::Obstacle])
 }
 
-fn step() -> impl Strategy<Value = Step> {
+fn step() -> impl Strategy<Value = SpoolStep> {
     let point = (-2i32..3, -2i32..3).prop_map(|(x, y)| Point::new(f64::from(x) * -0.0 + f64::from(x), f64::from(y)));
     let ends = prop::collection::vec([point.clone(), point], 0..30);
     let between = prop::collection::vec([0..RANKS, 0..RANKS], 0..120);
@@ -178,9 +178,9 @@ fn step() -> impl Strategy<Value = Step> {
         (0..RANKS, 1usize..5).prop_map(|(end, step)| (0..end).step_by(step).collect()),
     ];
     prop_oneof![
-        (ends, kind(), any::<bool>()).prop_map(|(ends, kind, has_z)| Step::ByEnds(ends, kind, has_z)),
-        (between, kind()).prop_map(|(between, kind)| Step::Between(between, kind)),
-        points.prop_map(Step::Points),
+        (ends, kind(), any::<bool>()).prop_map(|(ends, kind, has_z)| SpoolStep::ByEnds(ends, kind, has_z)),
+        (between, kind()).prop_map(|(between, kind)| SpoolStep::Between(between, kind)),
+        points.prop_map(SpoolStep::Points),
     ]
 }
 
@@ -212,7 +212,7 @@ proptest! {
             model.step(&mut spool, step, |rank| record(numbering, rank));
         }
         if all_points {
-            model.step(&mut spool, &Step::Points((0..RANKS).collect()), |rank| record(numbering, rank));
+            model.step(&mut spool, &SpoolStep::Points((0..RANKS).collect()), |rank| record(numbering, rank));
         }
         model.check(&mut spool);
         prop_assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "a file without a name");
@@ -284,9 +284,11 @@ fn a_record_may_be_wanted_by_all() {
     let mut spool = SegmentSpool::new(folder.path(), 2000);
     let mut model = Model::default();
     let star: Vec<[u64; 2]> = (0..3000).map(|rank| [5, rank % RANKS]).collect();
-    model.step(&mut spool, &Step::Between(star, LineKind::Wall), |rank| rank);
+    model.step(&mut spool, &SpoolStep::Between(star, LineKind::Wall), |rank| rank);
     for first in (0..RANKS).step_by(4) {
-        model.step(&mut spool, &Step::Points((first..first + 4).collect()), |rank| rank);
+        model.step(&mut spool, &SpoolStep::Points((first..first + 4).collect()), |rank| {
+            rank
+        });
     }
     model.check(&mut spool);
 }

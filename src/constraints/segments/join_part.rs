@@ -12,7 +12,7 @@
 use std::io;
 
 use crate::constraints::segments::chunk_store::{Chunk, ChunkStore, damaged};
-use crate::constraints::segments::found::Found;
+use crate::constraints::segments::found_ends::FoundEnds;
 use crate::constraints::segments::lookup::Lookup;
 use crate::constraints::segments::radix::sort_by_bits;
 use crate::geometry::Point;
@@ -25,7 +25,7 @@ const WIDE: usize = 12;
 
 /// Ends that wait for points.
 #[derive(Debug)]
-pub(crate) struct Part {
+pub(crate) struct JoinPart {
     ends: u32,
     /// Whether records are too far apart for pairs to fit a word.
     is_wide: bool,
@@ -33,7 +33,7 @@ pub(crate) struct Part {
     last: u64,
     pairs: Vec<PairChunk>,
     cursor: Cursor,
-    found: Found,
+    found: FoundEnds,
 }
 
 /// Pairs in order of their records.
@@ -64,7 +64,7 @@ pub(crate) struct PartLimits {
     pub(crate) keeps_pairs: bool,
 }
 
-impl Part {
+impl JoinPart {
     /// A part of the ends that wait for these records, which are at least one; chunks of pairs take about so many bytes.
     pub(crate) fn new(records: &mut Vec<u64>, chunk_bytes: usize, store: &mut ChunkStore) -> io::Result<Self> {
         let first = records.iter().copied().min().unwrap_or(0);
@@ -76,7 +76,7 @@ impl Part {
             last,
             pairs: Vec::new(),
             cursor: Cursor::default(),
-            found: Found::default(),
+            found: FoundEnds::default(),
         };
         let mut bytes = Vec::with_capacity(chunk_bytes + WIDE);
         if part.is_wide {
@@ -186,16 +186,16 @@ impl Part {
     /// found, and its record.
     ///
     /// If it is for the last time, chunks are given up.
-    pub(crate) fn places(
+    pub(crate) fn positions(
         &mut self,
         is_last: bool,
         store: &mut ChunkStore,
-        places: &mut Vec<Point>,
+        positions: &mut Vec<Point>,
     ) -> io::Result<Result<(), (u32, u64)>> {
         let mut visited = Vec::new();
         let found = self
             .found
-            .places(self.ends, store, places, |extent| visited.push(extent))?;
+            .positions(self.ends, store, positions, |extent| visited.push(extent))?;
         if let Err(end) = found {
             return Ok(Err((end, self.record_of(end, store)?)));
         }

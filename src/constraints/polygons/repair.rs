@@ -4,14 +4,14 @@
 //! by what the polygon covers on their left, 1 or 0, less what it covers on their right. Where that is nothing they come once in
 //! each direction. Polygons whose winding is nowhere negative stay as they are.
 
-use crate::constraints::crossings::split::Segment as Bent;
+use crate::constraints::crossings::split::TaggedSegment;
 use crate::constraints::polygons::check::{Inverted, InvertedPolygons};
-use crate::constraints::polygons::sweep::{Outcome, Part, Sweep};
+use crate::constraints::polygons::sweep::{EdgePart, Outcome, Sweep};
 use crate::geometry::Point;
 
 /// What was put right.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct PutRight {
+pub(crate) struct PolygonRepair {
     /// The polygons.
     pub(crate) inverted: Option<InvertedPolygons>,
     /// How many parts of them were inside out.
@@ -20,20 +20,20 @@ pub(crate) struct PutRight {
 
 /// Puts polygons right. `polygon_of` tells which polygon a piece is of, if it is of one, and the number of its line; the pieces
 /// of a polygon come one after another.
-pub(crate) fn put_right<T: Copy>(
-    pieces: &mut Vec<Bent<T>>,
-    polygon_of: impl Fn(&Bent<T>) -> Option<(u64, u64)>,
-) -> PutRight {
-    let mut done = PutRight::default();
-    let mut changed: Vec<Bent<T>> = Vec::new();
+pub(crate) fn repair<T: Copy>(
+    subsegments: &mut Vec<TaggedSegment<T>>,
+    polygon_of: impl Fn(&TaggedSegment<T>) -> Option<(u64, u64)>,
+) -> PolygonRepair {
+    let mut done = PolygonRepair::default();
+    let mut changed: Vec<TaggedSegment<T>> = Vec::new();
     // How many of the pieces went over to the changed ones, if any did.
     let mut copied = 0;
     let mut start = 0;
-    let polygon = |piece: &Bent<T>| polygon_of(piece).map(|(polygon, _)| polygon);
-    for its in pieces.chunk_by(|one, other| polygon(one) == polygon(other)) {
+    let polygon = |subsegment: &TaggedSegment<T>| polygon_of(subsegment).map(|(polygon, _)| polygon);
+    for its in subsegments.chunk_by(|one, other| polygon(one) == polygon(other)) {
         let end = start + its.len();
         if let Some((_, obstacle)) = polygon_of(&its[0]) {
-            let sweep = Sweep::new(its.iter().map(|piece| piece.ends));
+            let sweep = Sweep::new(its.iter().map(|subsegment| subsegment.ends));
             if let Outcome::Seen {
                 first: Some(point),
                 faces,
@@ -44,7 +44,7 @@ pub(crate) fn put_right<T: Copy>(
                 let inverted = done.inverted.get_or_insert(InvertedPolygons { first, polygons: 0 });
                 inverted.polygons += 1;
                 done.parts += faces;
-                changed.extend_from_slice(&pieces[copied..start]);
+                changed.extend_from_slice(&subsegments[copied..start]);
                 direct(its, &sweep, &mut changed);
                 copied = end;
             }
@@ -52,23 +52,23 @@ pub(crate) fn put_right<T: Copy>(
         start = end;
     }
     if copied > 0 {
-        changed.extend_from_slice(&pieces[copied..]);
-        *pieces = changed;
+        changed.extend_from_slice(&subsegments[copied..]);
+        *subsegments = changed;
     }
     done
 }
 
 /// Directs the pieces of a polygon.
-fn direct<T: Copy>(its: &[Bent<T>], sweep: &Sweep, out: &mut Vec<Bent<T>>) {
-    let mut parts: Vec<Part> = Vec::new();
+fn direct<T: Copy>(its: &[TaggedSegment<T>], sweep: &Sweep, out: &mut Vec<TaggedSegment<T>>) {
+    let mut parts: Vec<EdgePart> = Vec::new();
     sweep.run(None, &mut |part| parts.push(part));
     // Those of an edge in their order along it.
     parts.sort_by_key(|part| part.edge);
     let mut is_directed = vec![false; sweep.edge_count()];
-    for piece in its {
-        let Some(edge) = sweep.edge_between(piece.ends[0], piece.ends[1]) else {
+    for subsegment in its {
+        let Some(edge) = sweep.edge_between(subsegment.ends[0], subsegment.ends[1]) else {
             // It goes there and back.
-            out.push(*piece);
+            out.push(*subsegment);
             continue;
         };
         let is_first = !std::mem::replace(&mut is_directed[edge], true);
@@ -77,7 +77,7 @@ fn direct<T: Copy>(its: &[Bent<T>], sweep: &Sweep, out: &mut Vec<Bent<T>>) {
             let [low, high] = part.ends;
             let [below, above] = part.windings.map(|winding| i32::from(winding != 0));
             let change = if is_first && part.is_first { above - below } else { 0 };
-            let mut push = |ends: [Point; 2]| out.push(Bent { ends, ..*piece });
+            let mut push = |ends: [Point; 2]| out.push(TaggedSegment { ends, ..*subsegment });
             if change >= 0 {
                 push([low, high]);
             }

@@ -17,17 +17,17 @@ use crate::store::Extent;
 /// Bytes before the ends.
 const HEADER: usize = 16;
 /// Bytes of an end.
-const FOUND: usize = 20;
+const END_BYTES: usize = 20;
 
 /// The place of an end that was not found.
-const NOWHERE: Point = Point {
+const UNKNOWN: Point = Point {
     x: f64::NAN,
     y: f64::NAN,
 };
 
 /// Ends that were found.
 #[derive(Debug, Default)]
-pub(crate) struct Found {
+pub(crate) struct FoundEnds {
     /// The chunks that stay in memory, older than any other.
     chunks: Vec<Chunk>,
     /// The newest chunk in the file.
@@ -36,7 +36,7 @@ pub(crate) struct Found {
     buffer: Vec<u8>,
 }
 
-impl Found {
+impl FoundEnds {
     /// Bytes in memory, but for those of chunks that the store keeps there.
     pub(crate) fn byte_size(&self) -> usize {
         self.chunks.capacity() * size_of::<Chunk>() + self.buffer.capacity()
@@ -44,14 +44,20 @@ impl Found {
 
     /// Takes an end and its place. The last one counts, if several come.
     #[inline]
-    pub(crate) fn push(&mut self, end: u32, place: Point, capacity: usize, store: &mut ChunkStore) -> io::Result<()> {
+    pub(crate) fn push(
+        &mut self,
+        end: u32,
+        position: Point,
+        capacity: usize,
+        store: &mut ChunkStore,
+    ) -> io::Result<()> {
         if self.buffer.is_empty() {
             self.buffer.extend_from_slice(&[0; HEADER]);
         }
         self.buffer.extend_from_slice(&end.to_le_bytes());
-        let coordinates = [place.x, place.y].map(f64::to_le_bytes);
+        let coordinates = [position.x, position.y].map(f64::to_le_bytes);
         self.buffer.extend_from_slice(coordinates.as_flattened());
-        if self.buffer.len() + FOUND > capacity {
+        if self.buffer.len() + END_BYTES > capacity {
             self.spill(store)?;
         }
         Ok(())
@@ -74,29 +80,29 @@ impl Found {
     /// The place of each of so many ends. An error of the second kind is the first one that was not found.
     ///
     /// Tells of the chunks in the file, which nobody knows otherwise.
-    pub(crate) fn places(
+    pub(crate) fn positions(
         &self,
         ends: u32,
         store: &ChunkStore,
-        places: &mut Vec<Point>,
+        positions: &mut Vec<Point>,
         mut visit: impl FnMut(Extent),
     ) -> io::Result<Result<(), u32>> {
-        places.clear();
-        places.resize(ends as usize, NOWHERE);
-        place_all(&self.buffer, places)?;
+        positions.clear();
+        positions.resize(ends as usize, UNKNOWN);
+        fill_in(&self.buffer, positions)?;
         let mut bytes = Vec::new();
         let mut next = self.last;
         while let Some(extent) = next {
             let chunk = Chunk::File(extent);
             let chunk = store.read(&chunk, &mut bytes)?;
-            place_all(chunk, places)?;
+            fill_in(chunk, positions)?;
             next = before(chunk, extent)?;
             visit(extent);
         }
         for chunk in self.chunks.iter().rev() {
-            place_all(store.read(chunk, &mut bytes)?, places)?;
+            fill_in(store.read(chunk, &mut bytes)?, positions)?;
         }
-        Ok(match places.iter().position(|point| point.x.is_nan()) {
+        Ok(match positions.iter().position(|point| point.x.is_nan()) {
             Some(end) => Err(end as u32),
             None => Ok(()),
         })
@@ -109,15 +115,15 @@ impl Found {
 }
 
 /// Puts the ends of a chunk where they belong, unless a newer one is there.
-fn place_all(chunk: &[u8], places: &mut [Point]) -> io::Result<()> {
-    let (ends, _) = chunk.get(HEADER..).unwrap_or_default().as_chunks::<FOUND>();
+fn fill_in(chunk: &[u8], positions: &mut [Point]) -> io::Result<()> {
+    let (ends, _) = chunk.get(HEADER..).unwrap_or_default().as_chunks::<END_BYTES>();
     for bytes in ends.iter().rev() {
         let [a, b, c, d, coordinates @ ..] = bytes;
         let (coordinates, _) = coordinates.as_chunks();
-        let place = places.get_mut(u32::from_le_bytes([*a, *b, *c, *d]) as usize);
-        let place = place.ok_or_else(|| damaged("an end of a segment is beyond its part"))?;
-        if place.x.is_nan() {
-            *place = Point::new(f64::from_le_bytes(coordinates[0]), f64::from_le_bytes(coordinates[1]));
+        let position = positions.get_mut(u32::from_le_bytes([*a, *b, *c, *d]) as usize);
+        let position = position.ok_or_else(|| damaged("an end of a segment is beyond its part"))?;
+        if position.x.is_nan() {
+            *position = Point::new(f64::from_le_bytes(coordinates[0]), f64::from_le_bytes(coordinates[1]));
         }
     }
     Ok(())

@@ -12,12 +12,12 @@ type Job = Box<dyn FnOnce() + Send>;
 
 /// Threads for what takes a while, as many as the system gives, beside the runtime's workers: few, so that the allocator keeps what goes for what comes next, and not
 /// some for each of many threads.
-pub(crate) struct Desk {
+pub(crate) struct Workers {
     jobs: mpsc::Sender<Job>,
     pub(crate) threads: usize,
 }
 
-impl Desk {
+impl Workers {
     pub(crate) fn new(threads: usize) -> io::Result<Self> {
         let (jobs, work) = mpsc::channel::<Job>();
         let work = Arc::new(parking_lot::Mutex::new(work));
@@ -36,7 +36,7 @@ impl Desk {
         })
     }
 
-    pub(crate) async fn computed<T: Send + 'static>(
+    pub(crate) async fn run<T: Send + 'static>(
         &self,
         compute: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, EditError> {
