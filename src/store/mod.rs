@@ -31,7 +31,7 @@ pub use format::metadata::{LineSource, Metadata, Source};
 pub(crate) use format::metadata::{hull_edges, this_program};
 pub(crate) use format::superblock::BLOCK;
 pub use format::superblock::{FORMAT_VERSION, FileId};
-pub(crate) use format::tile::{Component, VertexNotes, NoteKind, HalfEdgeNote, HalfEdgeNotes};
+pub(crate) use format::tile::{Component, HalfEdgeNote, HalfEdgeNotes, NoteKind, VertexNotes};
 pub use format::tile::{Site, Tile, TileEdge, Vertex};
 pub(crate) use pass::{Needs, PassPlan, TileInPass, by_tile, joined, list_for, spawn};
 pub use reader::{OpenOptions, TileReader};

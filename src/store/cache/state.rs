@@ -26,8 +26,8 @@
 //! probation. Values on probation are evicted first. Tiles that a scan uses once therefore evict
 //! each other, however long the scan is, and not the tiles that queries use again.
 //!
-//! This alone would fail when queries turn to a new set of tiles that is larger than the rest of
-//! the capacity: each of its tiles would be evicted before it is used again. Therefore the keys of
+//! This alone would fail when queries turn to a new set of tiles that is larger than the space left
+//! for probation: each of its tiles would be evicted before it is used again. Therefore the keys of
 //! evicted values are remembered, for as many bytes as the capacity (A1out of 2Q: Johnson and
 //! Shasha, VLDB 1994). A value that is loaded again while its key is remembered becomes protected.
 //!

@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn absurd_widths_and_lengths_are_refused() {
+    fn invalid_widths_and_lengths_are_rejected() {
         for (width, length) in [(0, 8), (9, 8), (3, 4), (3, 7), (8, 7), (1, 0)] {
             let mut builder = FlatBufferBuilder::new();
             let data = Some(builder.create_vector(&vec![0u8; length]));

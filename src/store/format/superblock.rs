@@ -113,7 +113,7 @@ impl Superblock {
             || u64::from(this.root_length) > this.directory_length
             || u64::from(this.root_length) > MAX_FLATBUFFER
         {
-            return Err(Damage::new("the superblock's directory extent is absurd"));
+            return Err(Damage::new("the superblock's directory extent is out of range"));
         }
         Ok(this)
     }
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn any_flipped_bit_and_any_shorter_head_is_noticed() {
+    fn a_flipped_bit_or_a_shortened_head_is_detected() {
         let good = block(1).encode();
         for bit in 0..8 * good.len() {
             let mut bad = good.clone();
