@@ -147,7 +147,7 @@ impl Input {
             let summary = match editor.finish().await {
                 Ok(summary) => summary,
                 // An edit cannot extend the hull of a file.
-                Err(EditError::Outside { place, .. }) if !has_ends && self.is_not_within(first, place) => continue,
+                Err(EditError::Outside { point, .. }) if !has_ends && self.is_not_within(first, point) => continue,
                 Err(error) => panic!("{way}, edited: {error}"),
             };
             assert_eq!(summary.vertices == 0, self.vertices().len() == start.vertices().len());

@@ -138,7 +138,7 @@ fn lines_are_split_at_borders_and_nothing_else_changes() {
             })
             .unwrap();
         let mut subsegments = Vec::new();
-        for batch in split.pieces() {
+        for batch in split.subsegments() {
             assert!(batch.ends.iter().all(|ends| crossed(ends) == 0));
             subsegments.extend(batch.ends.into_iter().zip(batch.sources));
         }

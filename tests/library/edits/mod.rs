@@ -187,7 +187,7 @@ fn refused_edits_change_nothing() {
         for outside in [1e6, 29.000_001] {
             let error = refused(ENOUGH, &segment((0.0, 0.0), (outside, 0.5))).await;
             assert!(
-                matches!(error, EditError::Outside { line: 1, place } if place.x == outside),
+                matches!(error, EditError::Outside { line: 1, point } if point.x == outside),
                 "{error}"
             );
         }
