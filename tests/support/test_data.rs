@@ -14,7 +14,11 @@ pub fn data(path: &str) -> PathBuf {
 /// or in `shared/data` beside the repository. Otherwise says so and returns `None`.
 pub fn shared(path: &str) -> Option<PathBuf> {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
-    let beside = root.ancestors().skip(1).take(2).map(|folder| folder.join("shared/data"));
+    let beside = root
+        .ancestors()
+        .skip(1)
+        .take(2)
+        .map(|folder| folder.join("shared/data"));
     let named = env::var_os("DELAUNAY_TILES_SHARED_DATA").map(PathBuf::from);
     let mut paths = named.into_iter().chain(beside).map(|folder| folder.join(path));
     let found = paths.find(|path| path.exists());

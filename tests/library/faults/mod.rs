@@ -164,9 +164,9 @@ fn a_failing_read_gives_an_error_or_the_same_answer() {
 /// Writes a file in the order of builds: the content after the superblocks, a sync, the
 /// superblocks, a sync.
 async fn copy(bytes: &Bytes, to: &impl WriteAt) -> std::io::Result<()> {
-    const PIECE: usize = 5000;
-    for at in (8192..bytes.len()).step_by(PIECE) {
-        to.write_at(at as u64, bytes.slice(at..bytes.len().min(at + PIECE)))
+    const CHUNK: usize = 5000;
+    for at in (8192..bytes.len()).step_by(CHUNK) {
+        to.write_at(at as u64, bytes.slice(at..bytes.len().min(at + CHUNK)))
             .await?;
     }
     to.sync().await?;

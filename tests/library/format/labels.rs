@@ -24,7 +24,10 @@ pub fn optional(page: &Page, table: Table<'_>, slot: usize) -> Option<Vec<u64>> 
 /// Returns half-edges, each with the number and the code of a source of its edge.
 pub fn sources(half_edges: &[u64], sources: &[u64]) -> Vec<(usize, u64, u8)> {
     assert_eq!(half_edges.len(), sources.len());
-    assert!(half_edges.iter().zip(sources).is_sorted_by(|a, b| a < b), "pairs ascend");
+    assert!(
+        half_edges.iter().zip(sources).is_sorted_by(|a, b| a < b),
+        "pairs ascend"
+    );
     let pairs = half_edges.iter().zip(sources);
     pairs
         .map(|(&half_edge, &source)| (half_edge as usize, source / 4, (source % 4) as u8))

@@ -8,7 +8,7 @@ mod reader;
 use std::collections::HashSet;
 
 use self::page::{Page, schemas};
-use self::reader::{Twin, File};
+use self::reader::{File, Twin};
 use crate::support::{Scratch, batches, file_bytes, open_bytes, points_of, reference, runtime};
 use delaunay_tiles::geometry::{HalfEdge, Point, Rect};
 use delaunay_tiles::input::SegmentBatch;

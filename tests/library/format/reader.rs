@@ -525,7 +525,13 @@ impl Tile {
         let entered = half_edge.min(other);
         let list = self.edge_sources[usize::from(!in_core)].iter();
         let of_half_edge = list.filter(|entry| entry.0 == entered);
-        let turned = |code: u8| if half_edge != entered && code >= 2 { 5 - code } else { code };
+        let turned = |code: u8| {
+            if half_edge != entered && code >= 2 {
+                5 - code
+            } else {
+                code
+            }
+        };
         of_half_edge.map(|&(_, number, code)| (number, turned(code))).collect()
     }
 }

@@ -10,7 +10,7 @@ use delaunay_tiles::store::{Digest, EdgeSource, LineKind, TileReader};
 use futures::stream::StreamExt;
 
 use super::surgery::Patient;
-use super::{Flipped, LONGEST, digest_of, digest_of_source, mutate, options, message};
+use super::{Flipped, LONGEST, digest_of, digest_of_source, message, mutate, options};
 use crate::support::{Random, Scratch, batches, open_bytes, runtime, verify_lines};
 
 type SourcedSegment = ([Point; 2], EdgeSource);

@@ -1,4 +1,4 @@
-//! Damaged files and noise_gives_points_or_an_error in every format give points or an error, never a panic.
+//! Damaged files and noise in every format give points or an error, never a panic.
 //!
 //! All randomness comes from fixed seeds.
 

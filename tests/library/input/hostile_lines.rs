@@ -1,4 +1,4 @@
-//! Damaged files and noise_gives_records_or_an_error give the sources of segments, obstacles, sites and `.poly` their records
+//! Damaged files and noise give the sources of segments, obstacles, sites and `.poly` their records
 //! or an error, never a panic.
 //!
 //! All randomness comes from fixed seeds.

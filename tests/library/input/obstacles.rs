@@ -116,7 +116,7 @@ fn rings_without_area_give_segments_in_both_directions() {
     let collinear = [[0.0, 0.0], [3.0, 3.0], [9.0, 9.0], [6.0, 6.0]];
     let wall = [[0.0, 0.0], [9.0, 1.0]];
     let cancelling = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 0.0], [-1.0, 0.0], [-1.0, 1.0]];
-    // No three of its sums in floating point agree on the sign.
+    // No three of the sums of this ring in floating point agree on the sign.
     let tenths = [[0.1, 0.1], [0.2, 0.2], [0.7, 0.7]];
     for flat in [&collinear[..], &wall, &tenths] {
         let closed = [flat, &flat[..1]].concat();

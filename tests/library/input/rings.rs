@@ -103,7 +103,10 @@ fn segments_of_islands_have_the_inside_on_their_left() {
         // A little to the left of a segment, and to its right.
         let [x1, y1, x2, y2] = *segment;
         for offset in [1e-7, -1e-7] {
-            let p = Point::new(0.5 * (x1 + x2) - offset * (y2 - y1), 0.5 * (y1 + y2) + offset * (x2 - x1));
+            let p = Point::new(
+                0.5 * (x1 + x2) - offset * (y2 - y1),
+                0.5 * (y1 + y2) + offset * (x2 - x1),
+            );
             let depth = winding(&all.ends, p).expect("it is beside the segment");
             assert_eq!(depth, i64::from(offset > 0.0), "segment {n}");
             depths[depth as usize] += 1;

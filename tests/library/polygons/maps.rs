@@ -1,4 +1,4 @@
-//! Polygons of maps: each_island_becomes_a_hole_of_its_area, houses_that_share_walls_give_holes_of_their_area, lake shores, the map of a game.
+//! Polygons of maps: islands, houses, lake shores, the map of a game.
 
 use delaunay_tiles::{BuildOptions, MissingZ};
 
@@ -23,7 +23,7 @@ fn each_island_becomes_a_hole_of_its_area() {
     assert!(built.check_depths(&polygons, 40) > 1000);
 }
 
-/// The same each_island_becomes_a_hole_of_its_area as polygons, and as segments with a point in each.
+/// The same islands as polygons, and as segments with a point in each.
 #[test]
 fn hole_points_and_polygons_of_islands_give_the_same_file() {
     let (Some(poly), Some(geojson)) = (

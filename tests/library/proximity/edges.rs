@@ -32,7 +32,7 @@ impl Mesh {
     async fn read(reader: &TileReader) -> Self {
         let outside_is_free = !reader.directory().metadata.exterior_is_hole;
         let mut numbers: HashMap<[u64; 2], usize> = HashMap::new();
-        let (mut points, mut sides, mut walls) = (Vec::new(), HashMap::new(), Vec::new());
+        let (mut points, mut half_edges, mut walls) = (Vec::new(), HashMap::new(), Vec::new());
         let mut tiles = reader.tiles();
         let mut count = 0;
         while let Some(tile) = tiles.try_next().await.unwrap() {
@@ -49,7 +49,7 @@ impl Mesh {
                         walls.push(ends);
                     }
                     if !tile.is_hole(triangle) {
-                        sides.insert(ends, count);
+                        half_edges.insert(ends, count);
                     }
                 }
                 count += 1;
@@ -57,18 +57,20 @@ impl Mesh {
             // All twins are known only after all tiles were read.
             walls.sort_unstable();
         }
-        let all: Vec<_> = sides.iter().map(|(&ends, &face)| (ends, face)).collect();
-        let hull = |ends: [usize; 2], sides: &HashMap<[usize; 2], usize>| outside_is_free && !sides.contains_key(&ends);
-        let mut faces = sides.clone();
+        let all: Vec<_> = half_edges.iter().map(|(&ends, &face)| (ends, face)).collect();
+        let hull = |ends: [usize; 2], half_edges: &HashMap<[usize; 2], usize>| {
+            outside_is_free && !half_edges.contains_key(&ends)
+        };
+        let mut faces = half_edges.clone();
         let holes = holes(reader, &numbers).await;
         for ([a, b], _) in &all {
-            if hull([*b, *a], &sides) && !holes.contains(&[*b, *a]) {
+            if hull([*b, *a], &half_edges) && !holes.contains(&[*b, *a]) {
                 faces.insert([*b, *a], OUTSIDE);
             }
         }
         // A hull edge of a hole has an outside too.
         for &[a, b] in &holes {
-            if outside_is_free && !holes.contains(&[b, a]) && !sides.contains_key(&[b, a]) {
+            if outside_is_free && !holes.contains(&[b, a]) && !half_edges.contains_key(&[b, a]) {
                 faces.insert([b, a], OUTSIDE);
             }
         }
@@ -215,10 +217,10 @@ async fn as_split_scene(reader: &TileReader) -> Scene {
     let mut tiles = reader.tiles();
     while let Some(tile) = tiles.try_next().await.unwrap() {
         scene.points.extend(tile.points());
-        for side in tile.owned_constraints() {
+        for edge in tile.owned_constraints() {
             scene
                 .lines
-                .push((LineKind::Wall, tile.ends(side).map(|end| end.point).to_vec()));
+                .push((LineKind::Wall, tile.ends(edge).map(|end| end.point).to_vec()));
         }
         for triangle in tile.owned_triangles().filter(|&triangle| tile.is_hole(triangle)) {
             let [a, b, c] = tile.triangle_points(triangle);

@@ -305,10 +305,14 @@ async fn compare(expected: &Expected, reader: &TileReader, counts: [u64; 3]) {
             let mut edge_sources: Vec<EdgeSource> = tile.edge_sources(edge).collect();
             edge_sources.sort_unstable();
             assert_eq!(tile.is_wall(edge), edge_sources.iter().any(|source| source.is_wall()));
-            sources.extend(edge_sources.into_iter().map(|source| match ends[0].lex_cmp(ends[1]).is_lt() {
-                true => (ends, source),
-                false => ([ends[1], ends[0]], source.reversed()),
-            }));
+            sources.extend(
+                edge_sources
+                    .into_iter()
+                    .map(|source| match ends[0].lex_cmp(ends[1]).is_lt() {
+                        true => (ends, source),
+                        false => ([ends[1], ends[0]], source.reversed()),
+                    }),
+            );
         }
         for site in tile.sites() {
             let id = site.id.map_or_else(|| site.number.to_string(), str::to_owned);

@@ -75,8 +75,16 @@ impl Expected {
             let mut reached = vec![first];
             while let Some(triangle) = reached.pop() {
                 let half_edges = HalfEdge::of_triangle(TriangleId(triangle as u32));
-                for half_edge in half_edges.into_iter().filter(|&half_edge| !mesh.is_constraint(half_edge)) {
-                    match mesh.mesh().twin(half_edge).half_edge().map(|twin| twin.triangle().index()) {
+                for half_edge in half_edges
+                    .into_iter()
+                    .filter(|&half_edge| !mesh.is_constraint(half_edge))
+                {
+                    match mesh
+                        .mesh()
+                        .twin(half_edge)
+                        .half_edge()
+                        .map(|twin| twin.triangle().index())
+                    {
                         None => is_exterior[regions] = true,
                         Some(other) if component[other] == usize::MAX => {
                             component[other] = regions;
