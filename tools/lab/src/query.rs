@@ -9,7 +9,7 @@ use serde_json::{Map, Value, json};
 
 use tiletool::common::thousands;
 use tiletool::query;
-use tiletool::query::answer::{self, Answer, Found, Status};
+use tiletool::query::answer::{self, Answer, QueryResult, Status};
 use tiletool::query::ask::{Ask, path_found};
 use tiletool::query::batch::Question;
 use tiletool::query::command::{KnnArgs, PathArgs, QueryCommand, RangeArgs};
@@ -52,7 +52,7 @@ pub fn run(args: &QueryArgs) -> anyhow::Result<()> {
     let ((mode, is_progressive), (ask, _, common)) = (command.mode(), command.parts());
     let is_exact = mode == Mode::Exact && !is_progressive;
     let method = method.method();
-    if method != Method::Wave {
+    if method != Method::Wavefront {
         if matches!(ask, Ask::Range { area: true, .. }) {
             bail!("only --method wave gives an --area");
         } else if !is_exact {
@@ -61,7 +61,7 @@ pub fn run(args: &QueryArgs) -> anyhow::Result<()> {
     }
     let tells = common.reading.stats;
     // What a mode other than exact costs is not measured.
-    let measure = (is_exact && (tells || method != Method::Wave)).then_some(Measure { method, tells });
+    let measure = (is_exact && (tells || method != Method::Wavefront)).then_some(Measure { method, tells });
     query::answer(&command, move |ask, reader, question, options| async move {
         match measure {
             Some(measure) => measure.answer(ask, &reader, question, options).await,
@@ -110,7 +110,7 @@ struct Measure {
 impl MethodArgs {
     fn method(self) -> Method {
         match self.method {
-            Name::Wave => Method::Wave,
+            Name::Wave => Method::Wavefront,
             Name::Visibility => Method::Visibility { stretch: self.stretch },
             Name::EuclidZhang => Method::EuclidZhang,
             Name::EuclidXia => Method::EuclidXia,
@@ -141,7 +141,7 @@ impl Measure {
             (_, Question::At(_)) => return ask.answer(reader, question, options).await,
         };
         let (status, found, statistics) = match measured {
-            Err(error) => (Status::of(error)?, Found::nothing(question), None),
+            Err(error) => (Status::of(error)?, QueryResult::nothing(question), None),
             Ok((status, found, statistics)) => (status, found, Some(statistics)),
         };
         Ok(Answer {
@@ -157,12 +157,12 @@ impl Measure {
     }
 }
 
-fn sites(measured: Measured<Vec<SiteFound>>) -> (Status, Found, Statistics) {
+fn sites(measured: Measured<Vec<SiteFound>>) -> (Status, QueryResult, Statistics) {
     let status = measured.at_least.map_or(Status::Ok, Status::Budget);
-    (status, Found::Sites(measured.answer), measured.statistics)
+    (status, QueryResult::Sites(measured.answer), measured.statistics)
 }
 
-fn path(measured: Measured<PathOutcome>) -> (Status, Found, Statistics) {
+fn path(measured: Measured<PathOutcome>) -> (Status, QueryResult, Statistics) {
     let (status, found) = path_found(measured.answer);
     (status, found, measured.statistics)
 }

@@ -237,7 +237,7 @@ impl BuildInput<'_> {
                 segments.last_edit = 0;
                 while segments.next_batch(&mut LineBatch::default())? {}
                 segments.last_edit = u32::MAX;
-                let mut subsegments = split.pieces();
+                let mut subsegments = split.subsegments();
                 // Lines of edits are not split.
                 let next = |batch: &mut LineBatch| match subsegments.next() {
                     Some(next) => {

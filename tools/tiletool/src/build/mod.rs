@@ -191,7 +191,7 @@ impl BuildArgs {
 
 /// Waits for a build. Ctrl-C cancels it, and `stop` then wakes it up.
 async fn until_interrupted<T>(
-    building: impl Future<BuildReport = anyhow::Result<T>>,
+    building: impl Future<Output = anyhow::Result<T>>,
     progress: &Progress,
     stop: impl Fn(),
 ) -> anyhow::Result<T> {

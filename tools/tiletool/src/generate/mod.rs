@@ -43,8 +43,8 @@ pub struct GenerateArgs {
     output: PathBuf,
     /// Also write about ALPHA segments per point, from 0 to 1
     ///
-    /// About n/3 cells have three points each. Each possible segment between the three points of a
-    /// cell is written with probability ALPHA. Only for uniform, kuzmin and line-singularity.
+    /// About n/3 cells have three points each. With probability ALPHA, the three points of a cell
+    /// are joined by three segments. Only for uniform, kuzmin and line-singularity.
     #[arg(long, value_name = "ALPHA", conflicts_with = "long_segments")]
     pslg: Option<f64>,
     /// Also write this many segments, each across nearly the whole square, that do not cross
