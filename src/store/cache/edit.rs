@@ -20,7 +20,7 @@ use std::sync::Arc;
 use futures::future::BoxFuture;
 use futures::stream::{self, StreamExt, TryStreamExt};
 
-use super::shelf::{Failure, Key, Pin, Pinned, Shelf, Notifier, Value, TaskKind};
+use super::shelf::{Failure, Key, Notifier, Pin, Pinned, Shelf, TaskKind, Value};
 use super::statistics::CacheStatistics;
 
 type WriteBack<K, V, E> = Arc<dyn Fn(K, Arc<V>) -> BoxFuture<'static, Result<(), E>> + Send + Sync>;
@@ -185,7 +185,10 @@ impl<K: Key, V: Value + Clone, E: Failure> EditCache<K, V, E> {
             }
             reader.write(key, false).await
         });
-        stream::iter(writes).buffered(concurrent_writes.max(1)).try_collect().await
+        stream::iter(writes)
+            .buffered(concurrent_writes.max(1))
+            .try_collect()
+            .await
     }
 
     /// Returns the statistics since the cache was created.

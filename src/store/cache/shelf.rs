@@ -16,7 +16,7 @@ use std::sync::Arc;
 use futures::future::{FutureExt, Shared};
 use tokio::sync::oneshot;
 
-use super::state::{Content, CacheState, Weight};
+use super::state::{CacheState, Content, Weight};
 use super::sync::{Mutex, spawn};
 
 /// A key of a cache.

@@ -303,7 +303,11 @@ impl<K: Copy + Eq + Hash, V: Weight> CacheState<K, V> {
         self.statistics.write_backs += u64::from(saved);
         let leaving = self.held.get(&key).is_some_and(|entry| entry.leaving);
         // A failed write is retried next, and not only after all others have failed too.
-        let turn = if leaving { EvictionTurn::Next } else { EvictionTurn::Last };
+        let turn = if leaving {
+            EvictionTurn::Next
+        } else {
+            EvictionTurn::Last
+        };
         self.change(key, turn, |entry| {
             entry.dirty |= !saved;
             (entry.writing, entry.leaving) = (false, false);

@@ -127,7 +127,10 @@ impl Directory {
             // Pages must be back to back, so that no directory can make its reader check the same
             // bytes again and again.
             if extent.offset() != first as u64 {
-                return Err(Damage::new(format!("a page starts at byte {}, not {first}", extent.offset())));
+                return Err(Damage::new(format!(
+                    "a page starts at byte {}, not {first}",
+                    extent.offset()
+                )));
             }
             let end = first + extent.length() as usize;
             let page = bytes
@@ -233,7 +236,9 @@ fn decode_entry(entry: &schema::TileEntry, superblock: &Superblock) -> Result<Ti
         || TRIANGLE_BYTES * border > entry.border_length().into()
         || !(core..=core + border).contains(&owned)
     {
-        return Err(Damage::new("its counts are larger than its extents, or contradict each other"));
+        return Err(Damage::new(
+            "its counts are larger than its extents, or contradict each other",
+        ));
     }
     Ok(TileEntry {
         core: Extent {

@@ -92,7 +92,9 @@ impl KdTree {
             match *node {
                 KdNode::X { cut, right } | KdNode::Y { cut, right } => {
                     if !cut.is_finite() {
-                        return Err(Damage::new(format!("node {number} has the cut {cut}, which is not finite")));
+                        return Err(Damage::new(format!(
+                            "node {number} has the cut {cut}, which is not finite"
+                        )));
                     }
                     expected.push(right);
                 }

@@ -192,13 +192,16 @@ impl TileReader {
                 }
                 segments += 1;
                 if part.segments.len() == at_once || part.tile_segments.len() > at_once * TILES_PER_SEGMENT as usize {
-                    part = self.find_lines(part, &mut surplus, plan, &found_bits, &workspaces).await?;
+                    part = self
+                        .find_lines(part, &mut surplus, plan, &found_bits, &workspaces)
+                        .await?;
                 }
             }
         }
         // Whatever ends the input, a fault before the end is reported first, regardless of the
         // parts.
-        self.find_lines(part, &mut surplus, plan, &found_bits, &workspaces).await?;
+        self.find_lines(part, &mut surplus, plan, &found_bits, &workspaces)
+            .await?;
         end.unwrap_or(Ok(()))?;
         if let Some((_, entry)) = surplus {
             let reason = "is covered by more segments than the file says";
@@ -260,11 +263,7 @@ impl TileReader {
         let tile = self.tile(tile).await?;
         let entry = entries(&tile).find(|entry| (entry.number..entry.number + entry.copies).contains(&number));
         Ok(match entry {
-            Some(entry) => wrong(
-                entry.ends,
-                entry.source,
-                "is an edge of the file, but not of the input",
-            ),
+            Some(entry) => wrong(entry.ends, entry.source, "is an edge of the file, but not of the input"),
             None => Fault::new("it has another number of sources than before").of(tile.id()),
         })
     }
@@ -413,7 +412,13 @@ impl Workspace {
     /// Looks up a group of the part's segments in a tile: adds the entries found to the segments'
     /// sums, and sets their bits. Returns the first entry that more segments cover than it has
     /// copies.
-    fn find(&mut self, tile: &Tile, part: &SegmentPart, group: Range<usize>, found_bits: &TileBits) -> Option<EdgeEntry> {
+    fn find(
+        &mut self,
+        tile: &Tile,
+        part: &SegmentPart,
+        group: Range<usize>,
+        found_bits: &TileBits,
+    ) -> Option<EdgeEntry> {
         let Self {
             entries,
             sums,

@@ -140,7 +140,11 @@ pub(super) fn check(tile: &Tile, claims: &RegionClaims, bounds: Rect) -> Result<
         Region {
             number: region,
             depth,
-            flags: if is_hole { RegionFlags::HOLE } else { RegionFlags::default() },
+            flags: if is_hole {
+                RegionFlags::HOLE
+            } else {
+                RegionFlags::default()
+            },
         }
     });
     let mut components: Vec<Region> = components.collect();
@@ -211,7 +215,8 @@ fn check_number(tile: &Tile, triangle: TriangleId, region: u64, claims: &RegionC
     }
     let is_crossing = || tile.corners(triangle).iter().any(|&corner| !tile.has_vertex(corner));
     if region >= claims.spanning && is_crossing() {
-        let reason = format!("it is in several tiles, but its region {region} has the number of a region within one tile");
+        let reason =
+            format!("it is in several tiles, but its region {region} has the number of a region within one tile");
         return Err(Fault::at(triangle, reason));
     }
     Ok(())
@@ -336,8 +341,8 @@ fn joined(mut components: Vec<Region>) -> Result<Vec<Region>, Fault> {
     components.dedup_by(|component, region| {
         let is_same = component.number == region.number;
         if is_same {
-            alike &=
-                (component.depth, component.flags.has(RegionFlags::HOLE)) == (region.depth, region.flags.has(RegionFlags::HOLE));
+            alike &= (component.depth, component.flags.has(RegionFlags::HOLE))
+                == (region.depth, region.flags.has(RegionFlags::HOLE));
             region.flags.add(component.flags);
         }
         is_same

@@ -187,7 +187,12 @@ impl TileReader {
 
 /// Looks up the sites that a tile must have, and sets their bits. Returns the first that is
 /// missing.
-fn find_in_tile(tile: &Tile, group: &[SoughtSite], found_bits: &TileBits, hashes: &mut SiteHashes) -> Option<MissingSite> {
+fn find_in_tile(
+    tile: &Tile,
+    group: &[SoughtSite],
+    found_bits: &TileBits,
+    hashes: &mut SiteHashes,
+) -> Option<MissingSite> {
     hashes.clear();
     let of_site = |site: Site<'_>| hash(tile.point(site.vertex), site.number, site.id);
     hashes.extend(tile.sites().map(of_site).zip(0..));

@@ -34,7 +34,11 @@ pub(super) fn fans(tile: &Tile, has_triangles: bool) -> Result<Fans, Fault> {
                 first.push(None);
                 continue;
             }
-            _ => return Err(Fault::new(format!("the half-edge stored for vertex {vertex} is missing or does not start there"))),
+            _ => {
+                return Err(Fault::new(format!(
+                    "the half-edge stored for vertex {vertex} is missing or does not start there"
+                )));
+            }
         };
         let (start, end) = tile.rewind(half_edge);
         if !matches!(end, StarEnd::Hull(_) | StarEnd::Closed) {

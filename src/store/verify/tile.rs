@@ -47,7 +47,12 @@ pub(super) struct Expected {
 pub(super) type VertexPoints = HashSet<(u64, u64)>;
 
 /// Checks the structure of a tile, and its geometry if the check is deep.
-pub(super) fn check(tile: &Tile, cell: Rect, expected: &Expected, seen_points: &mut VertexPoints) -> Result<TileReport, Fault> {
+pub(super) fn check(
+    tile: &Tile,
+    cell: Rect,
+    expected: &Expected,
+    seen_points: &mut VertexPoints,
+) -> Result<TileReport, Fault> {
     check_vertices(tile, cell, seen_points)?;
     let mut report = TileReport {
         tile: tile.id(),
@@ -122,7 +127,10 @@ fn check_triangle(tile: &Tile, triangle: TriangleId) -> Result<(), Fault> {
     let corners = tile.corners(triangle);
     let own = corners.iter().filter(|&&corner| tile.has_vertex(corner)).count();
     if own == 0 || corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0] {
-        return Err(Fault::at(triangle, "it has no corner in its tile, or the same corner twice"));
+        return Err(Fault::at(
+            triangle,
+            "it has no corner in its tile, or the same corner twice",
+        ));
     }
     let [a, b, c] = tile.triangle_points(triangle);
     if orient2d(a, b, c) != Orientation::CounterClockwise {
@@ -172,7 +180,10 @@ fn check_circles(tile: &Tile) -> Result<u64, Fault> {
                 let opposite = tile.point(tile.apex(twin));
                 let [a, b, c] = tile.triangle_points(half_edge.triangle());
                 if in_circle(a, b, c, opposite) {
-                    let reason = format!("its circle contains the opposite corner of triangle {}", twin.triangle());
+                    let reason = format!(
+                        "its circle contains the opposite corner of triangle {}",
+                        twin.triangle()
+                    );
                     return Err(Fault::at(half_edge.triangle(), reason));
                 }
                 edges += u64::from(mine);

@@ -15,7 +15,7 @@ use crate::store::format::tile::Tile;
 use crate::store::pass::{Needs, PassPlan, Workspaces};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
-use crate::store::verify::tile::{Expected, VertexPoints, TileReport};
+use crate::store::verify::tile::{Expected, TileReport, VertexPoints};
 use crate::store::verify::{regions, tile};
 
 impl TileReader {

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 use super::Sample;
-use crate::store::cache::state::{Content, CacheState};
+use crate::store::cache::state::{CacheState, Content};
 use crate::store::cache::statistics::CacheStatistics;
 
 const KEYS: u8 = 7;
@@ -101,7 +101,11 @@ impl Model {
     }
 
     fn sum(&self, counts: impl Fn(&ModelEntry) -> bool) -> usize {
-        self.items.iter().filter(|item| counts(item)).map(ModelEntry::weight).sum()
+        self.items
+            .iter()
+            .filter(|item| counts(item))
+            .map(ModelEntry::weight)
+            .sum()
     }
 
     fn bytes(&self) -> usize {
@@ -234,7 +238,10 @@ impl StateAndModel {
         match action {
             Action::Get => {
                 let found = self.state.get(&key);
-                assert_eq!(found.as_deref(), (item.location == Location::Here).then_some(&item.held));
+                assert_eq!(
+                    found.as_deref(),
+                    (item.location == Location::Here).then_some(&item.held)
+                );
                 if found.is_some() {
                     self.model.requests += 1;
                     self.model.statistics.hits += 1;

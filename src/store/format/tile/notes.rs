@@ -60,7 +60,8 @@ pub(crate) enum NoteKind {
 impl Notes {
     /// Returns the maximum size of the notes in bytes.
     pub(crate) fn byte_size(vertices: usize, half_edges: usize) -> usize {
-        vertices * (size_of::<u8>() + size_of::<u32>() + size_of::<[VertexIndex; 2]>()) + half_edges * size_of::<HalfEdgeNote>()
+        vertices * (size_of::<u8>() + size_of::<u32>() + size_of::<[VertexIndex; 2]>())
+            + half_edges * size_of::<HalfEdgeNote>()
     }
 
     /// Returns the notes on the vertices. The first call creates them with `make`.

@@ -11,8 +11,8 @@ use crate::store::format::directory::{check_crc, verified};
 use crate::store::format::generated::tile as schema;
 use crate::store::format::ids::TileId;
 use crate::store::format::packed::Packed;
-use crate::store::format::tile::regions::Regions;
 use crate::store::format::tile::edge_bits::{EdgeSources, HalfEdgeBits};
+use crate::store::format::tile::regions::Regions;
 use crate::store::format::tile::sites::Sites;
 use crate::store::format::tile::{FOREIGN, Tile};
 
@@ -63,11 +63,21 @@ impl Tile {
             border_vertex_sides: open(border, "border vertex sides", border_table.vertex_sides())?,
             half_edge_bits: [
                 HalfEdgeBits::open(core, core_table.constraints(), core_table.walls(), core_half_edges)?,
-                HalfEdgeBits::open(border, border_table.constraints(), border_table.walls(), border_half_edges)
-                    .map_err(|damage| damage.of("the border"))?,
+                HalfEdgeBits::open(
+                    border,
+                    border_table.constraints(),
+                    border_table.walls(),
+                    border_half_edges,
+                )
+                .map_err(|damage| damage.of("the border"))?,
             ],
             sources: [
-                EdgeSources::open(core, core_table.edge_sides(), core_table.edge_sources(), core_half_edges)?,
+                EdgeSources::open(
+                    core,
+                    core_table.edge_sides(),
+                    core_table.edge_sources(),
+                    core_half_edges,
+                )?,
                 EdgeSources::open(
                     border,
                     border_table.edge_sides(),
@@ -134,7 +144,9 @@ impl Tile {
             ("border vertex side", &self.border_vertex_sides, vertices as u64),
         ] {
             let pairs = pairs(values);
-            let in_range = pairs.iter().all(|&(key, half_edge)| key < keys && half_edge < half_edges);
+            let in_range = pairs
+                .iter()
+                .all(|&(key, half_edge)| key < keys && half_edge < half_edges);
             if !in_range || !pairs.is_sorted_by(|a, b| a.0 < b.0) {
                 return Err(Damage::new(format!("a {what} is out of range or out of order")));
             }

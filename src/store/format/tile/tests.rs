@@ -103,9 +103,15 @@ fn open_bytes(core: &Bytes, border: &Bytes) -> Result<Tile, Damage> {
 #[test]
 fn a_tile_has_the_constraints_regions_and_sites_of_its_drafts() {
     let tile = open(&full_drafts()).unwrap();
-    let half_edges_with =
-        |what: fn(&Tile, HalfEdge) -> bool| (0..9).filter(|&half_edge| what(&tile, HalfEdge(half_edge))).collect::<Vec<_>>();
-    assert_eq!(half_edges_with(|tile, half_edge| tile.is_constraint(half_edge)), [1, 2, 3, 5, 6, 8]);
+    let half_edges_with = |what: fn(&Tile, HalfEdge) -> bool| {
+        (0..9)
+            .filter(|&half_edge| what(&tile, HalfEdge(half_edge)))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(
+        half_edges_with(|tile, half_edge| tile.is_constraint(half_edge)),
+        [1, 2, 3, 5, 6, 8]
+    );
     assert_eq!(half_edges_with(|tile, half_edge| tile.is_wall(half_edge)), [2, 3, 5, 6]);
     let triangles = [0, 1, 2].map(TriangleId);
     assert_eq!(triangles.map(|t| tile.region(t)), [70_000, 9, 3]);

@@ -173,7 +173,9 @@ fn an_edge_without_one_of_its_sources_is_found() {
                 let expected = match sources.len() {
                     1 => "is a constraint without a source",
                     _ if sources[..index].contains(&sources[index]) => "covered by more segments than the file says",
-                    _ if sources[index + 1..].contains(&sources[index]) => "covered by more segments than the file says",
+                    _ if sources[index + 1..].contains(&sources[index]) => {
+                        "covered by more segments than the file says"
+                    }
                     _ => "is not a chain of edges that come from it",
                 };
                 let text = complaint(&wrong, &town.lines);

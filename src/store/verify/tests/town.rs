@@ -43,7 +43,10 @@ impl Town {
         let mut model = Model::of(points, tile_vertices);
         let mut dice = Dice(seed);
         let triangles = model.triangles();
-        let triangle_at: HashMap<Edge, Named> = triangles.iter().flat_map(|&t| half_edges(t).map(|half_edge| (half_edge, t))).collect();
+        let triangle_at: HashMap<Edge, Named> = triangles
+            .iter()
+            .flat_map(|&t| half_edges(t).map(|half_edge| (half_edge, t)))
+            .collect();
         let neighbour = |[a, b]: Edge| triangle_at.get(&[b, a]).copied();
 
         let mut edges: Vec<Edge> = triangle_at.keys().map(|&[a, b]| pair(a, b)).collect();
