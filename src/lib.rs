@@ -183,7 +183,7 @@
 //!  input          pipeline                              store               query
 //!
 //!  LAS  text      divide ▶ conquer ▶ merge ▶ borders    cores  borders      locate
-//!  f64  node  ──▶  k-d      tiles    seams         ──▶  directory      ──▶  triangles_in
+//!  f64  node   ▶   k-d      tiles    seams          ▶   directory       ▶   triangles_in
 //!  GeoJSON         tree       │        │                superblock  cache   paths, sites
 //!                             └─ mesh ─┘                    │
 //!                                                           ▼

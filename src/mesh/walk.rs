@@ -88,8 +88,8 @@ impl Walk {
             };
             let edges = [one, other, entered];
             let turn = |edge: HalfEdge| {
-                // No `map` over both ends: the points would go through memory, and be written there
-                // in other pieces than those in which they are read.
+                // A `map` over both ends would pass the points through memory, written in other
+                // pieces than they are read in.
                 let from = mesh.point(mesh.origin(edge));
                 let to = mesh.point(mesh.destination(edge));
                 orient2d(from, to, self.target)
