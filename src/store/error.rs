@@ -52,7 +52,7 @@ pub enum ReadError {
     },
     /// The operation needs more memory than the reader may use.
     #[error(
-        "{file}: this takes {needed} MiB of memory at least, and {allowed} MiB are allowed; allow more",
+        "{file}: this needs at least {needed} MiB of memory, but only {allowed} MiB are allowed; allow more",
         needed = needed.div_ceil(1 << 20), allowed = allowed >> 20
     )]
     Memory {

@@ -103,7 +103,7 @@ async fn read_directory(
     let in_force = Superblock::choose(&head.map_err(io("the superblocks"))?).map_err(damaged)?;
     let superblock = &in_force.superblock;
     if superblock.file_length > length {
-        let reason = format!("it is cut off: it has {length} bytes of {}", superblock.file_length);
+        let reason = format!("it is cut off: it has {length} of {} bytes", superblock.file_length);
         return Err(invalid(reason));
     }
     // While it is decoded, the directory is in memory twice.

@@ -6,12 +6,12 @@
 //! the error is returned to the caller that needed the room, or from [`flush`](EditCache::flush).
 //!
 //! ```text
-//!     edit ─▶ Edit ── dropped, changed ─▶ dirty ── no room, or flush ─▶ write_back ── saved ─▶ clean, may be evicted
+//!     edit ─▶ Edit ── dropped, changed ─▶ dirty ── no room, or flush ─▶ write_back ── saved ─▶ clean
 //!                                          ▲                               │
 //!                                          └──────────── failed ───────────┘
 //! ```
 //!
-//! `state.rs` has the complete diagram.
+//! A clean value may be evicted. `state.rs` has the complete diagram.
 
 use std::future::Future;
 use std::ops::{Deref, DerefMut};

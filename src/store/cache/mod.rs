@@ -7,8 +7,8 @@
 //!          └──────────┬──────────────────┘
 //!                   Shelf         the lock; each load and write-back in a task of its own,
 //!                     │           shared by all callers that wait for it
-//!                 CacheState      which values are held, pinned or dirty, and which is evicted next;
-//!                                 no lock, no tasks, no I/O
+//!                 CacheState      which values are held, pinned or dirty, and which is
+//!                                 evicted next; no lock, no tasks, no I/O
 //! ```
 
 mod edit;

@@ -11,7 +11,7 @@
 //!      │  └── end_load(none) ──┘                    │ │ │     │ └── not saved ───┘  │
 //!      │                                            │ │ └─────┼────── saved ────────┘
 //!      │                                       lend ▼ │       │
-//!      │                                            lent ─────┘  give_back: clean if it did not change
+//!      │                                            lent ─────┘  give_back (clean if unchanged)
 //!      └── make_room ── clean, and not pinned
 //! ```
 //!

@@ -26,7 +26,9 @@ impl Packed {
     pub(crate) fn open(buffer: &Bytes, table: schema::Packed<'_>) -> Result<Self, Damage> {
         let width = usize::from(table.width());
         if !(1..=8).contains(&width) {
-            return Err(Damage::new(format!("packed integers of {width} bytes")));
+            return Err(Damage::new(format!(
+                "packed integers have {width} bytes each, not 1 to 8"
+            )));
         }
         let data = table.data().map_or(&[][..], |data| data.bytes());
         let Some(length) = data.len().checked_sub(8 - width).filter(|l| l.is_multiple_of(width)) else {

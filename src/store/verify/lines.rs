@@ -8,8 +8,9 @@
 //! end, which is on the segment.
 //!
 //! ```text
-//!   a ●────●──────●───● b      entries of the segment's source on its line that start from a on and before b:
-//!        tile 3 │ tile 4        Σ hash(end) − hash(start) = hash(b) − hash(a)
+//!   a ●────●──────●───● b      entries of the segment's source on its line whose start is
+//!        tile 3 │ tile 4        at a or after it, and before b:
+//!                               Σ hash(end) − hash(start) = hash(b) − hash(a)
 //! ```
 //!
 //! All entries are taken in lexicographic direction. If the sum has this value, and no hashes
@@ -125,8 +126,8 @@ impl TileReader {
     /// [`LinesToSplit`](crate::LinesToSplit) makes of the lines.
     ///
     /// The segments are looked up in parts, with as many segments as fit into the memory that the
-    /// reader may use, or into 512 MiB. Each part passes over the tiles that it meets. One bit per
-    /// source of an edge is kept besides. Must be awaited within a tokio runtime.
+    /// reader may use, or into 512 MiB. Each part passes over the tiles that it meets. The check
+    /// also keeps one bit per source of an edge. Must be awaited within a tokio runtime.
     ///
     /// # Errors
     ///
@@ -264,7 +265,7 @@ impl TileReader {
         let entry = entries(&tile).find(|entry| (entry.number..entry.number + entry.copies).contains(&number));
         Ok(match entry {
             Some(entry) => wrong(entry.ends, entry.source, "is an edge of the file, but not of the input"),
-            None => Fault::new("it has another number of sources than before").of(tile.id()),
+            None => Fault::new("the number of its sources changed between two reads").of(tile.id()),
         })
     }
 }

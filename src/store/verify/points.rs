@@ -44,8 +44,8 @@ impl TileReader {
     /// position and the z of its record. `next` fills a batch and returns whether there was one.
     ///
     /// The points are looked up in parts, with as many points as fit into the memory that the
-    /// reader may use, or into 512 MiB. Each part passes over the file once. One bit per vertex is
-    /// kept besides. Must be awaited within a tokio runtime.
+    /// reader may use, or into 512 MiB. Each part passes over the file once. The check also keeps
+    /// one bit per vertex. Must be awaited within a tokio runtime.
     ///
     /// # Errors
     ///

@@ -199,7 +199,7 @@ pub(super) fn check_none(tile: &Tile) -> Result<(), Fault> {
     let has_sources = tile.edges_with_sources() > 0 && tile.triangle_count() > 0;
     if has_labels || has_walls || has_sources {
         return Err(Fault::new(
-            "it has regions, walls or sources, and the directory says that there are no regions",
+            "it has regions, walls or sources, but the directory says that there are no regions",
         ));
     }
     Ok(())
@@ -280,7 +280,7 @@ fn check_edge(tile: &Tile, half_edge: HalfEdge, claims: &RegionClaims) -> Result
     }
     if change != expected {
         return wrong(format!(
-            "changes the depth by {change}, and by its sources by {expected}"
+            "changes the depth by {change}, but its sources change it by {expected}"
         ));
     }
     Ok(EdgeRole::OwnedConstraint)
@@ -379,7 +379,7 @@ impl RegionTotals {
                 *depth = region.depth;
             } else if (*depth, flags.has(RegionFlags::HOLE)) != (region.depth, region.flags.has(RegionFlags::HOLE)) {
                 return Err(Fault::new(format!(
-                    "it differs from others in the depth of region {}, or in whether it is a hole",
+                    "it and other tiles disagree on the depth of region {}, or on whether it is a hole",
                     region.number
                 )));
             }
@@ -408,7 +408,7 @@ impl RegionTotals {
         if holes != metadata.hole_regions {
             let expected = metadata.hole_regions;
             return Err(Damage::new(format!(
-                "{holes} regions are holes, and the directory says {expected}"
+                "{holes} regions are holes, but the directory says {expected}"
             )));
         }
         Ok(())

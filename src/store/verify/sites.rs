@@ -3,7 +3,7 @@
 //!
 //! Sites are distinguished by a hash of point, number and id. They are looked up in parts, like
 //! points, in the tile that must have them. Each site of the file has a bit that is set when it is
-//! found, so both sides must have the same number of identical sites.
+//! found, so the file and the input must contain identical sites equally often.
 
 use std::sync::Arc;
 
@@ -49,7 +49,7 @@ fn not_in_input(tile: &Tile, index: usize) -> VerifyError {
                 p.x, p.y
             )
         }
-        None => format!("tile {} has another number of sites than before", tile.id()),
+        None => format!("the number of sites of tile {} changed between two reads", tile.id()),
     })
 }
 
@@ -59,7 +59,7 @@ impl TileReader {
     ///
     /// Sites are compared by hashes of 128 bits. They are looked up in parts, with as many sites as
     /// fit into the memory that the reader may use, or into 512 MiB. Each part passes over the
-    /// tiles that should have its sites. One bit per site of the file is kept besides. Must be
+    /// tiles that should have its sites. The check also keeps one bit per site of the file. Must be
     /// awaited within a tokio runtime.
     ///
     /// # Errors

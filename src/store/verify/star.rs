@@ -47,7 +47,7 @@ pub(super) fn fans(tile: &Tile, has_triangles: bool) -> Result<Fans, Fault> {
         }
         let length = tile.star(start).count();
         if length != count as usize {
-            let reason = format!("only {length} of the {count} triangles at vertex {vertex} form one fan");
+            let reason = format!("the {count} triangles at vertex {vertex} do not form one fan: its star has {length}");
             return Err(Fault::at(half_edge.triangle(), reason));
         }
         first.push(Some(start));

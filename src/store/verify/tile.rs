@@ -30,7 +30,7 @@ pub(super) struct TileReport {
     pub(super) hole_triangles: u64,
     pub(super) sites: u64,
     /// The report on regions, if the check is deep and the file has regions.
-    pub(super) regions: Option<regions::Report>,
+    pub(super) regions: Option<regions::RegionReport>,
 }
 
 /// The facts that a tile is checked against.
@@ -40,7 +40,7 @@ pub(super) struct Expected {
     /// Whether to check the geometry too.
     pub(super) deep: bool,
     /// The directory's claims about regions, if the file has regions.
-    pub(super) regions: Option<regions::Claims>,
+    pub(super) regions: Option<regions::RegionClaims>,
 }
 
 /// The bits of the coordinates of a tile's vertices.

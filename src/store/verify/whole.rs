@@ -104,7 +104,7 @@ impl TileReader {
         ] {
             if found != expected {
                 return Err(VerifyError::File(format!(
-                    "there are {found} {what}, and the directory says {expected}"
+                    "there are {found} {what}, but the directory says {expected}"
                 )));
             }
         }
@@ -112,7 +112,7 @@ impl TileReader {
         if bounds != metadata.bounds {
             let found = metadata.bounds;
             return Err(VerifyError::File(format!(
-                "its bounds are {bounds:?}, and the directory says {found:?}"
+                "its bounds are {bounds:?}, but the directory says {found:?}"
             )));
         }
         let distinct = metadata.points.checked_sub(metadata.duplicates);
@@ -129,7 +129,7 @@ impl TileReader {
         {
             Some((tile, number)) => {
                 let (found, most) = (tile.vertices, metadata.tile_vertices);
-                let reason = format!("it has {found} vertices, and tiles were cut for {most}");
+                let reason = format!("it has {found} vertices, but the directory allows {most} at most");
                 Err(Fault::new(reason).of(TileId(number)))
             }
             None => Ok(()),
@@ -152,7 +152,7 @@ impl TileReader {
         if totals.hull_edges != metadata.hull_edges {
             let expected = metadata.hull_edges;
             return Err(VerifyError::File(format!(
-                "there are {} hull edges, and by Euler's formula there should be {expected}",
+                "there are {} hull edges, but by Euler's formula there should be {expected}",
                 totals.hull_edges
             )));
         }
@@ -189,7 +189,7 @@ impl TileReader {
         let fault = if let Some(triangle) = lacking(&of_owner, &of_other) {
             Fault::at(
                 triangle,
-                format!("tile {other} shares the triangle, but does not have it"),
+                format!("tile {other} must have the triangle too, but does not"),
             )
             .of(owner)
         } else if let Some(triangle) = lacking(&of_other, &of_owner) {
@@ -233,18 +233,18 @@ impl FileTotals {
         let wrong = |reason: String| Err(Fault::new(reason).of(report.tile));
         if report.owned != entry.owned_triangles {
             return wrong(format!(
-                "{} triangles belong to it, and its entry says {}",
+                "{} triangles belong to it, but its entry says {}",
                 report.owned, entry.owned_triangles
             ));
         }
         if report.bounds != entry.bounds {
             return wrong(format!(
-                "its bounds are {:?}, and its entry says {:?}",
+                "its bounds are {:?}, but its entry says {:?}",
                 report.bounds, entry.bounds
             ));
         }
         if report.has_z != directory.metadata.has_z {
-            return wrong("it differs from the file in whether it has z".to_owned());
+            return wrong("it and the directory disagree on whether there is z".to_owned());
         }
         self.edges += report.edges;
         self.constraint_edges += report.constraint_edges;

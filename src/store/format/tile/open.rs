@@ -174,7 +174,10 @@ impl Tile {
         }
         let points = (0..self.corner_count() as u32).map(|corner| self.point(VertexIndex(corner)));
         match points.zip(0..).find(|(p, _)| !is_stored(p.x) || !is_stored(p.y)) {
-            Some((p, corner)) => Err(Damage::new(format!("corner {corner} is at ({}, {})", p.x, p.y))),
+            Some((p, corner)) => Err(Damage::new(format!(
+                "corner {corner} has the invalid coordinates ({}, {})",
+                p.x, p.y
+            ))),
             None => Ok(()),
         }
     }
