@@ -207,7 +207,7 @@ impl OpenSegment {
 pub(crate) struct BoundaryEdge {
     pub(crate) from: u32,
     pub(crate) to: u32,
-    pub(crate) side: HalfEdge,
+    pub(crate) half_edge: HalfEdge,
     pub(crate) is_constraint: bool,
     /// The component of its triangle.
     pub(crate) component: u32,

@@ -121,7 +121,7 @@ impl Assembly {
             memory: self.memory,
             spill: self.folder.spill().to_owned(),
             log: Mutex::new(log),
-            found: Mutex::default(),
+            state: Mutex::default(),
             limits,
             buffers: Buffers::keeping(shares.threads.div_ceil(2)),
             holes: HoleRules {

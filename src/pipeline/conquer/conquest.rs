@@ -183,7 +183,7 @@ impl Conquest {
         self.state.lock().waited_to_write += began.elapsed();
         let count = items.len() as u64;
         self.options.progress.advance(count, count);
-        self.hand_up(node, scope, leaf.seam, 0, sender)
+        self.pass_up(node, scope, leaf.seam, 0, sender)
     }
 
     /// Records the results of a leaf: its vertices and the triangles that it settled.
@@ -239,7 +239,7 @@ impl Conquest {
                 None => count(&mut state.levels, vertices, late.len(), &seam),
             }
         }
-        self.hand_up(node, scope, seam, bytes, sender)
+        self.pass_up(node, scope, seam, bytes, sender)
     }
 
     /// Stops the work because the segments cannot all become edges.
@@ -290,7 +290,7 @@ impl Conquest {
     }
 
     /// Passes the seam of a node to the board, and that of a whole block to the journal as well.
-    fn hand_up(
+    fn pass_up(
         &self,
         node: u32,
         scope: NodeScope,

@@ -196,7 +196,7 @@ impl Board {
         state.to_come -= 1;
         state.tiles += tiles;
         state.seam_bytes += seam.byte_size();
-        self.hand_up(&mut state, self.block_nodes[block as usize], vec![seam]);
+        self.pass_up(&mut state, self.block_nodes[block as usize], vec![seam]);
         self.changed.notify_all();
     }
 
@@ -325,7 +325,7 @@ impl Board {
         state.running -= 1;
         state.seam_bytes += seam.byte_size();
         state.seam_bytes -= merged_bytes;
-        self.hand_up(&mut state, node, vec![seam]);
+        self.pass_up(&mut state, node, vec![seam]);
         self.changed.notify_all();
         let merges = || {
             state.merges.iter().map(|task| match task {
@@ -369,7 +369,7 @@ impl Board {
         self.changed.notify_all();
     }
 
-    fn hand_up(&self, state: &mut BoardState, mut node: u32, mut seams: Vec<Seam>) {
+    fn pass_up(&self, state: &mut BoardState, mut node: u32, mut seams: Vec<Seam>) {
         if state.only_divide {
             return;
         }

@@ -168,8 +168,8 @@ impl BorderMesh {
 
     /// Returns a half-edge's late triangle and its index there, or `None` for a core's half-edge.
     fn late_of(&self, half_edge: HalfEdge) -> Option<(&BorderTriangle, usize)> {
-        let late = side.triangle().0.checked_sub(self.core_triangles)?;
-        Some((&self.late[late as usize], side.corner() as usize))
+        let late = half_edge.triangle().0.checked_sub(self.core_triangles)?;
+        Some((&self.late[late as usize], half_edge.corner() as usize))
     }
 
     /// Returns the corner from which a half-edge starts.

@@ -205,7 +205,7 @@ impl Output {
         };
         let done = background.await.map_err(io::Error::other).and_then(|done| done);
         let what = match self.journal {
-            Some(_) => "note a finished block beside",
+            Some(_) => "enter a finished block in the journal beside",
             None => "sync",
         };
         done.map_err(|error| BuildError::io(&self.path, what, error))

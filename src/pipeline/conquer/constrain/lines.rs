@@ -47,12 +47,12 @@ impl NodeLines {
         let index = PointTable::new(node.points);
         // A line passes no vertex twice, unless lines overlap.
         let most_steps = segments.len() + 4 * node.points.len();
-        for index in 0..segments.len() {
+        for number in 0..segments.len() {
             if lines.steps > most_steps {
-                lines.find_together(node, inserter, &index, &mut segments[index..])?;
+                lines.find_together(node, inserter, &index, &mut segments[number..])?;
                 break;
             }
-            lines.find(node, inserter, &index, segments[index])?;
+            lines.find(node, inserter, &index, segments[number])?;
         }
         Ok(lines)
     }

@@ -356,7 +356,7 @@ impl<'a> NodeMesh<'a> {
         vertex: impl Fn(u32) -> SeamVertex,
     ) -> Pending {
         let held = self
-            .mesh
+            .constrained
             .mesh()
             .triangle_ids()
             .zip(&self.held)
