@@ -1,12 +1,15 @@
-//! Lines that cross, split: what becomes of the segments of a build, and where its crossing points lie, z included.
+//! Splitting of lines that cross: the subsegments of a build's segments, and its crossing points
+//! with their z.
 //!
-//! In: all segments, with z at the ends of some. Out: pieces that do not cross, and the points at which they were cut, with
-//! z where a line through them has it at both ends. Everything is in memory.
+//! In: all segments, with z at the ends of some. Out: subsegments that do not cross, and the points
+//! at which segments were cut, with z where a line through them has z at both ends. Everything is
+//! in memory.
 //!
-//! Of several lines through a point, the first one that has z says how high it lies: that of the smallest number (break lines
-//! come before walls, and these before obstacles), and of its segments the one whose ends come first. That is a function of
-//! the lines; their order and direction do not matter. Along a segment z changes evenly with the coordinate that changes
-//! more; rounding takes none beyond the z of its ends.
+//! Of several lines through a point, the first one that has z determines the point's z. The first
+//! line is the one with the smallest number (break lines come before walls, and walls before
+//! obstacles), and of its segments the one whose ends come first. So the z is a function of the
+//! lines; their order and direction do not matter. Along a segment, z is linear in the coordinate
+//! that changes more. Rounding takes no z beyond the z of the ends.
 
 use std::cmp::Ordering;
 
@@ -25,7 +28,7 @@ use crate::store::{EdgeSource, LineBatch, LineKind};
 
 /// Bytes of a segment, and of a crossing, while segments are split.
 const BYTES: u64 = 300;
-/// Pieces and points of a batch.
+/// Number of subsegments or points of a batch.
 const BATCH: usize = 8192;
 
 /// A segment before it was split.
@@ -35,11 +38,11 @@ struct InputSegment {
     source: EdgeSource,
     /// z at both ends, or [`NO_Z`].
     z: [f64; 2],
-    /// The number of its polygon, if it is of one.
+    /// The number of its polygon, if it belongs to one.
     polygon: u64,
 }
 
-/// Segments that are to be split where they cross, as a build splits them.
+/// Segments to split where they cross, as a build splits them.
 ///
 /// ```
 /// use delaunay_tiles::{ConstraintError, LinesToSplit};
@@ -64,15 +67,16 @@ struct InputSegment {
 #[derive(Debug)]
 pub struct LinesToSplit {
     segments: Vec<InputSegment>,
-    /// Bytes that it may take.
+    /// Bytes of memory that it may take.
     memory: u64,
-    /// They are split here as well.
+    /// Segments are split at these borders too.
     borders: Vec<[Point; 2]>,
     counter: PolygonCounter,
 }
 
 impl LinesToSplit {
-    /// None yet; in so many bytes of memory, of which a segment takes about 300, and so does a crossing.
+    /// Makes an empty list that may take `memory` bytes of memory. A segment takes about 300 bytes,
+    /// and so does a crossing.
     #[must_use]
     pub fn new(memory: u64) -> Self {
         Self {
@@ -83,19 +87,21 @@ impl LinesToSplit {
         }
     }
 
-    /// Has them split too where they cross these borders: those that the file tells of whose lines they are.
+    /// Also splits the segments where they cross `borders`: the borders that the file of these
+    /// lines records.
     #[must_use]
     pub fn at_borders(mut self, borders: &[[Point; 2]]) -> Self {
         self.borders = borders.to_vec();
         self
     }
 
-    /// Takes segments, and z at both ends of those that have any: NaN stands for none, and so does a list that is too short. Segments
-    /// of no length are nothing to split. Of obstacles, `polygons` tells the polygon of each segment; where it is empty, each line is
-    /// one. Segments of one polygon come one after another.
+    /// Adds segments. `z` has the z at both ends of each segment; NaN stands for none, and so does
+    /// a missing entry at the end of the list. Segments of zero length are ignored. For obstacles,
+    /// `polygons` has the polygon of each segment; if it is empty, each line is a polygon. The
+    /// segments of a polygon must be consecutive.
     ///
     /// # Errors
-    /// If they do not fit in memory.
+    /// Returns an error if the segments do not fit in memory.
     pub fn push(&mut self, batch: &LineBatch, z: &[[f64; 2]], polygons: &[u64]) -> Result<(), ConstraintError> {
         for (at, (ends, &source)) in batch.ends.iter().zip(&batch.sources).enumerate() {
             let polygon = match source.kind() {
@@ -116,11 +122,13 @@ impl LinesToSplit {
         check_memory(needed, self.memory)
     }
 
-    /// Splits them, and at other vertices too, where they lie on those that are bent: `points` gives, as often as it is asked, all
-    /// points and sites of the input within a rectangle, or more, some at a time. Ends of segments may be among them.
+    /// Splits the segments where they cross. Other vertices split the bent segments on which they
+    /// lie. Each call of `points` passes all points and sites of the input within a rectangle, and
+    /// possibly more, in batches. Ends of segments may be among them.
     ///
     /// # Errors
-    /// If there are more crossings than fit in memory, or no end of them; or what `points` says.
+    /// Returns an error if there are more crossings than fit in memory, or if segments still cross
+    /// after the last round; or the error of `points`.
     pub fn split<E: From<ConstraintError>>(
         self,
         mut points: impl FnMut(Rect, &mut dyn FnMut(&[Point])) -> Result<(), E>,
@@ -160,13 +168,13 @@ impl LinesToSplit {
         })
     }
 
-    /// A rectangle around all of them.
+    /// Returns a rectangle around all segments.
     fn bounds(&self) -> Rect {
         Rect::around(self.segments.iter().flat_map(|segment| segment.ends))
     }
 }
 
-/// Why segments are not split.
+/// The reason why segments are not split.
 enum Stopped<E> {
     Split(SplitError),
     Points(E),
@@ -178,20 +186,20 @@ impl<E> From<SplitError> for Stopped<E> {
     }
 }
 
-/// What was made of segments that crossed.
+/// The result of splitting segments that crossed.
 #[derive(Debug)]
 pub struct SplitLines {
     segments: Vec<InputSegment>,
-    /// The pieces, each with the number of its line.
+    /// The subsegments, each with the index of its segment.
     subsegments: Vec<TaggedSegment<u32>>,
-    /// The points at which lines were cut, in lexicographic order.
+    /// The points at which segments were cut, in lexicographic order.
     points: Vec<Point>,
     crossings: u64,
     borders: Vec<[Point; 2]>,
     repair: PolygonRepair,
 }
 
-/// Fails if splitting takes more than the budget.
+/// Returns an error if splitting takes more than `budget` bytes.
 fn check_memory(needed: u64, budget: u64) -> Result<(), ConstraintError> {
     match needed > budget {
         true => Err(MemoryShortage {
@@ -205,8 +213,9 @@ fn check_memory(needed: u64, budget: u64) -> Result<(), ConstraintError> {
 }
 
 impl SplitLines {
-    /// Splits all segments of a spool, whose polygons are known by numbers, within so many bytes; `points` are other vertices. None:
-    /// all of them stay as they are, or segments cross though they may not, which is for others to tell of.
+    /// Splits all segments of a spool within `budget` bytes. `polygons` numbers their polygons, and
+    /// `points` passes other vertices. Returns `None` if all segments stay as they are, or if
+    /// segments cross but must not, which is reported elsewhere.
     pub(crate) fn of(
         (segments, mut polygons): (&mut SegmentSpool, PolygonNumbers<'_>),
         budget: u64,
@@ -237,29 +246,30 @@ impl SplitLines {
         Ok(Some(lines.split_at(points)?).filter(|split| !split.points.is_empty() || split.repair.parts > 0))
     }
 
-    /// What became of polygons that were inside out.
+    /// Returns the result of the repair of polygons that were inside out.
     pub(crate) fn repair(&self) -> PolygonRepair {
         self.repair
     }
 
-    /// The polygons that were inside out, and were put right.
+    /// Returns the polygons that were inside out and were repaired.
     #[must_use]
     pub fn inverted(&self) -> Option<InvertedPolygons> {
         self.repair.inverted
     }
 
-    /// The borders at which they were split.
+    /// Returns the borders at which segments were split.
     pub(crate) fn borders(&self) -> &[[Point; 2]] {
         &self.borders
     }
 
-    /// How many pairs crossed.
+    /// Returns the number of pairs that crossed, summed over all rounds.
     #[must_use]
     pub fn crossings(&self) -> u64 {
         self.crossings
     }
 
-    /// The pieces, which do not cross, each with the source of its segment.
+    /// Returns the subsegments, which do not cross, each with the source of its segment, in
+    /// batches.
     pub fn subsegments(&self) -> impl Iterator<Item = LineBatch> {
         self.subsegments.chunks(BATCH).map(|subsegments| LineBatch {
             ends: subsegments.iter().map(|subsegment| subsegment.ends).collect(),
@@ -274,7 +284,7 @@ impl SplitLines {
         self.segments[subsegment.tag as usize]
     }
 
-    /// Puts the pieces into a spool, in the order of their lines.
+    /// Adds the subsegments to a spool, in the order of their lines.
     pub(crate) fn push_subsegments(&self, spool: &mut SegmentSpool) -> Result<(), ConstraintError> {
         let kind = |subsegment: &TaggedSegment<u32>| self.segment(subsegment).source.kind();
         for of_kind in self.subsegments.chunk_by(|a, b| kind(a) == kind(b)) {
@@ -288,8 +298,8 @@ impl SplitLines {
         Ok(())
     }
 
-    /// The points at which segments were cut, in lexicographic order, with record numbers from this one on, and with z if
-    /// any segment has, NaN where none does there.
+    /// Returns the points at which segments were cut, in lexicographic order, with record numbers
+    /// from `first_record` on. They have z if any segment has, NaN where no line has z.
     pub fn points(&self, first_record: u64) -> impl Iterator<Item = PointBatch> {
         let z = self.z();
         let points = &self.points;
@@ -303,7 +313,8 @@ impl SplitLines {
         })
     }
 
-    /// z of each point, [`NO_Z`] where no line has it; or nothing, if none has any.
+    /// Returns the z of each point, [`NO_Z`] where no line has it; or an empty list if no line has
+    /// any.
     fn z(&self) -> Vec<f64> {
         if self.segments.iter().all(|segment| !segment.has_z()) {
             return Vec::new();
@@ -338,7 +349,7 @@ impl InputSegment {
         self.z.iter().all(|z| !z.is_nan())
     }
 
-    /// From the smaller end on.
+    /// Returns the ends and their z, from the smaller end on.
     fn in_order(&self) -> ([Point; 2], [f64; 2]) {
         let ([a, b], [z_a, z_b]) = (self.ends, self.z);
         match a.lex_cmp(b).is_le() {
@@ -347,7 +358,8 @@ impl InputSegment {
         }
     }
 
-    /// Which of two says how high a point lies. Equal ones say the same.
+    /// Compares two segments by which of them determines the z of a point. Equal ones give the same
+    /// z.
     fn order(&self, other: &Self) -> Ordering {
         let (([a, b], z), ([c, d], w)) = (self.in_order(), other.in_order());
         let number = self.source.number().cmp(&other.source.number());
@@ -356,7 +368,7 @@ impl InputSegment {
             .then_with(|| z[1].total_cmp(&w[1]))
     }
 
-    /// z at a point along it.
+    /// Returns the z at a point along the segment.
     fn z_at(&self, point: Point) -> f64 {
         let ([a, b], [low, high]) = self.in_order();
         let (width, height) = (b.x - a.x, b.y - a.y);
@@ -399,7 +411,8 @@ mod tests {
             ([[3.0, 0.0], [3.0, 8.0]], [1.0, 1.0], [3.0, 7.0], 1.0),
             ([[0.0, 0.0], [1.0, 0.0]], [0.1, 0.1], [0.3, 0.0], 0.1),
             ([[0.0, 0.0], [1.0, 0.0]], [f64::MAX, -f64::MAX], [0.5, 0.0], 0.0),
-            // Rounding may take a point beyond an end in the other coordinate only; z stays between.
+            // Rounding may move a point beyond an end in the other coordinate only; z stays in
+            // between.
             ([[0.0, 0.0], [1e-9, 0.0]], [5.0, 7.0], [1e-9, 1e-20], 7.0),
         ] {
             let segment = segment(ends, z, 0);

@@ -1,24 +1,24 @@
-//! All pairs of a few segments whose bounding boxes meet and that have no end in common.
+//! All pairs of a few segments whose bounding boxes meet and that share no end.
 //!
-//! Most pairs fail one of the two tests, and which one is as good as random. So both are run over rows of pairs without a
-//! branch on their outcome.
+//! Branch-free: most pairs fail one of the two tests, and which one is unpredictable. So both tests
+//! run over rows of pairs without a branch on their outcome.
 
 use std::ops::ControlFlow;
 
 use crate::constraints::crossings::boxes::{bounds, boxes_meet, share_an_end};
 use crate::geometry::{Point, Rect};
 
-/// Room to work in.
+/// Buffers of the comparison of all pairs.
 #[derive(Debug, Default)]
 pub(crate) struct Pairs {
     segments: Vec<[Point; 2]>,
     boxes: Vec<Rect>,
-    /// The partners of a segment that are still in question.
+    /// The segments that may still meet the current one.
     partners: Vec<u32>,
 }
 
 impl Pairs {
-    /// Visits pairs of segments that may meet, with their places.
+    /// Visits the pairs of segments that may meet, with their indices.
     pub(crate) fn visit(
         &mut self,
         segments: impl Iterator<Item = [Point; 2]>,

@@ -1,11 +1,13 @@
 //! The search for pairs of segments that meet.
 //!
-//! In: segments, and a test whether two of them meet, and where. Out: the pairs that do, each once.
+//! In: segments, and a test of whether and where two of them meet. Out: the pairs that meet, each
+//! once.
 //!
-//! Segments are distributed to the cells of a grid, those of each cell to the cells of a grid over that cell, and so on, until
-//! few are left, of which all pairs are tested. Two segments may be together in many cells; the pair is found in the one that
-//! has the point where they meet. Where cells would not part the segments, because most pass through all of the contents (the
-//! centre of a star, long parallels, many copies of the same), they are swept instead.
+//! Segments are distributed to the cells of a grid, the segments of each cell to the cells of a
+//! grid over that cell, and so on. When few are left, all their pairs are tested. Two segments may
+//! share many cells; the pair is found in the cell that contains the point where they meet. Cells
+//! do not separate segments most of which pass through all of the contents: the rays at the centre
+//! of a star, long parallels, many copies of the same segment. These are swept instead.
 
 use std::ops::ControlFlow;
 
@@ -18,23 +20,25 @@ use crate::constraints::crossings::segment_view::SegmentView;
 use crate::constraints::crossings::sweep::Sweep;
 use crate::geometry::{Point, Rect};
 
-/// Of so many segments all pairs are tested.
+/// Largest number of segments of which all pairs are tested.
 const FEW: usize = 40;
 
-/// Of so many segments all pairs are tested, if cells do not part them.
+/// Largest number of segments of which all pairs are tested if cells do not separate them.
 const MANY: usize = 128;
 
-/// So many segments are copied to lie together: they fit in a processor's cache.
+/// Largest number of segments that are copied to be contiguous: they fit in a processor's cache.
 const LOCAL: usize = 1 << 13;
 
-/// Grids within grids: a bound that only nested clusters come near to, each far smaller than the one around it.
+/// Largest depth of nested grids. Only nested clusters, each far smaller than the one around it,
+/// come near this bound.
 const MOST_LEVELS: usize = 64;
 
-/// Finds the pairs of segments that meet in a rectangle.
+/// Finds the pairs of segments that meet in the rectangle `within`.
 ///
-/// `meet` is given the ends of two segments that have none in common, and whose bounding boxes meet. It is a function of the
-/// two, in any order and direction. The point it returns is at most rounded: it is in both bounding boxes and the rectangle.
-/// It is also given a rectangle that matters: if they meet elsewhere it may return none.
+/// `meet` receives the ends of two segments that share no end and whose bounding boxes meet. Its
+/// result must not depend on the order or direction of the two. The point that it returns is at
+/// most rounded: it is in both bounding boxes and in the rectangle. `meet` also receives the
+/// rectangle that matters: if the segments meet elsewhere, it may return `None`.
 pub(crate) fn search<S: Ends>(
     segments: &[S],
     within: Rect,
@@ -60,7 +64,7 @@ pub(crate) fn search<S: Ends>(
 struct PairSearch<'a, M, F> {
     meet: &'a M,
     found: &'a mut F,
-    /// The cells around the present bucket, from the outermost.
+    /// The cells around the current bucket, from the outermost.
     path: Vec<(Grid, u32)>,
     pairs: Pairs,
 }
@@ -70,7 +74,8 @@ where
     M: Fn([Point; 2], [Point; 2], Rect) -> Option<Point>,
     F: FnMut(u32, u32, Point) -> ControlFlow<()>,
 {
-    /// Finds pairs that meet in the rectangle and the cells of the path. All others are not looked for, but may be tested.
+    /// Finds the pairs that meet in `rect` and in the cells of `path`. Other pairs are not searched
+    /// for, but may be tested.
     fn bucket<S: Ends>(&mut self, view: SegmentView<S>, members: &[u32], rect: Rect) -> ControlFlow<()> {
         if members.len() <= FEW {
             return self.all_pairs(view, members, rect);
@@ -141,7 +146,7 @@ where
         })
     }
 
-    /// Where two segments meet, if it is in this bucket.
+    /// Returns the point where two segments meet, if it is in this bucket.
     #[inline]
     fn meeting(&self, one: [Point; 2], other: [Point; 2], rect: Rect) -> Option<Point> {
         let point = (self.meet)(one, other, rect)?;

@@ -1,12 +1,12 @@
-//! Segments, all or copies of some.
+//! A view of segments: all of them, or copies of some.
 
 use crate::constraints::crossings::ends::Ends;
 use crate::geometry::Point;
 
-/// Segments, all or copies of some.
+/// A view of segments: all of them, or copies of some.
 pub(crate) struct SegmentView<'a, S> {
     pub(crate) segments: &'a [S],
-    /// Of copies: the numbers of the originals.
+    /// Of copies: the indices of the originals.
     pub(crate) originals: Option<&'a [u32]>,
 }
 

@@ -1,33 +1,37 @@
-//! Segments are bent through the points where they cross, until nothing crosses.
+//! Splits segments at the points where they cross, until none cross. Rounding bends them there.
 //!
-//! In: all segments of a planar straight-line graph that is none yet. Out: pieces that do not cross, each with what its
-//! segment carried and in its direction, and the new vertices.
+//! In: all segments of a future planar straight-line graph, which may still cross. Out: subsegments
+//! that do not cross, each with the tag and the direction of its segment, and the new vertices.
 //!
 //! ```text
 //!    \   /                  \   /
-//!     \ /                    \ /        p is the crossing point, each coordinate rounded. If a is an end
-//!   ---x-------a---   ──▶   --p         on the lower segment, it is cut there as well: rounding
-//!     / \      |            / \ \__     takes it off the straight line, and a wall that ends
+//!     \ /                    \ /        p is the crossing point, each coordinate rounded. If a is an
+//!   ---x-------a---   ──▶   --p         end on the lower segment, the segment is cut there as well:
+//!     / \      |            / \ \__     rounding moves it off the straight line, and a wall that ends
 //!    /   \     |           /   \   a--  at it must still do so.
 //! ```
 //!
-//! One round: all pairs that cross are found; their rounded crossing points, and the ends of other segments and the points that
-//! lie exactly on one of the two, cut the two. A bent piece is off its segment by rounding, and may so cross others: hence the next
-//! round. Each is a function of the set of segments. It does not matter in which order they come, which way they run, or
-//! how the search parts them.
+//! One round finds all pairs that cross. Both segments of a pair are cut at the rounded crossing
+//! point, and at the ends of other segments and the other points that lie exactly on them. Rounding
+//! moves a bent subsegment off its segment, so that it may cross others. Hence the next round. The
+//! result of each round is a function of the set of segments. It does not depend on their order, on
+//! their direction, or on the cells of the search.
 //!
 //! # Order along a segment
 //!
-//! Rounding keeps the order of each coordinate, so the points of a segment, exact or rounded, follow each other along it as
-//! both their coordinates do: a chain that never turns back. Points that are told apart by neither are one.
+//! Rounding keeps the order of each coordinate. So the points of a segment, exact or rounded, are
+//! ordered along it as both their coordinates are: they form a chain that never turns back. Points
+//! that neither coordinate distinguishes are one.
 //!
-//! # It ends
+//! # Termination
 //!
-//! If two segments cross, the rounded point is in both bounding boxes. It is an end of at most one of them, as they would
-//! have a common end otherwise, and hence cuts one at least. Each piece of a cut segment has a bounding box within that of
-//! the segment and without one of its ends, so fewer numbers are in it. This cannot go on for ever. It can go on for more than
-//! [`MOST_ROUNDS`], where many segments lie within few units in the last place of each other: there the numbers are too coarse
-//! for what they are to say, and pieces drift from their segments with each round.
+//! If two segments cross, the rounded point is in both bounding boxes. It is an end of at most one
+//! of them, since otherwise they would share an end. Hence it cuts at least one of them. Each
+//! subsegment of a cut segment has a bounding box that is within the segment's and lacks one of the
+//! segment's ends, so it contains fewer representable points. This cannot go on forever. It can
+//! take more than [`MOST_ROUNDS`] rounds where many segments lie within a few units in the last
+//! place of each other. There the coordinates are too coarse to represent the lines, and
+//! subsegments drift from their segments with each round.
 
 use std::cmp::Ordering;
 use std::ops::ControlFlow;
@@ -39,15 +43,15 @@ use crate::constraints::crossings::search::search;
 use crate::constraints::error::SplitError;
 use crate::geometry::{Orientation, Point, Rect, orient2d};
 
-/// How often segments are bent.
+/// Largest number of rounds.
 const MOST_ROUNDS: usize = 10;
 
-/// A segment and what it carries.
+/// A segment and its tag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TaggedSegment<T> {
-    /// From where, to where.
+    /// Start and end.
     pub(crate) ends: [Point; 2],
-    /// What its pieces carry too.
+    /// A value that its subsegments have too.
     pub(crate) tag: T,
 }
 
@@ -58,19 +62,21 @@ impl<T> Ends for TaggedSegment<T> {
     }
 }
 
-/// What was done to segments that crossed.
+/// The result of splitting segments that crossed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Split {
-    /// How many pairs crossed in each round; none if nothing crossed.
+    /// Number of pairs that crossed in each round; empty if nothing crossed.
     pub(crate) crossings: Vec<u64>,
-    /// The rounded crossing points in lexicographic order, each once. Some may have been ends before.
+    /// The rounded crossing points in lexicographic order, each once. Some may have been ends
+    /// before.
     pub(crate) points: Vec<Point>,
 }
 
-/// Gives all points within a rectangle that are vertices too, or more, some at a time; or says why it cannot.
+/// A function that passes all points within a rectangle that are vertices too, and possibly more,
+/// in batches; or fails.
 pub(crate) type PointSource<'a, E> = dyn FnMut(Rect, &mut dyn FnMut(&[Point])) -> Result<(), E> + 'a;
 
-/// Points that are searched for on segments at once, at least.
+/// Smallest number of points that are searched for on segments at once.
 const BATCH: usize = 1 << 16;
 
 /// A point at which a segment is cut.
@@ -80,16 +86,18 @@ struct Cut {
     point: Point,
 }
 
-/// Whether any segments cross.
+/// Returns whether any segments cross.
 pub(crate) fn any_cross<S: Ends>(segments: &[S]) -> bool {
     find(segments, Rect::PLANE, &mut |_, _, _| ControlFlow::Break(())).is_break()
 }
 
-/// Bends segments through their crossing points until nothing crosses, and first through those with borders too. What else is a
-/// vertex cuts the segments that are bent and that it lies on, as their ends do.
+/// Splits segments at their crossing points until none cross. The first round also splits them at
+/// their crossings with `borders`. Other vertices, which `points` passes, cut the bent segments on
+/// which they lie, as the ends of segments do.
 ///
-/// At most `limit` pairs may cross in a round; each takes about 50 bytes. All memory is about 200 bytes a segment. Segments
-/// without length stay as they are. After an error the segments are of no use.
+/// At most `limit` pairs may cross in a round; each takes about 50 bytes. The total memory is about
+/// 200 bytes per segment. Segments of zero length are unchanged. After an error, the contents of
+/// `segments` are unspecified.
 pub(crate) fn split<T: Copy, E: From<SplitError>>(
     segments: &mut Vec<TaggedSegment<T>>,
     limit: usize,
@@ -111,7 +119,7 @@ pub(crate) fn split_in_rounds<T: Copy, E: From<SplitError>>(
         let count = segments.len() as u32;
         let mut crossings = 0;
         let mut found = |one: u32, other: u32, point| {
-            // Borders come behind the segments.
+            // Borders come after the segments.
             let ours = [one, other].into_iter().filter(|&segment| segment < count);
             cuts.extend(ours.map(|segment| Cut { segment, point }));
             crossings += u64::from(one.max(other) < count);
@@ -155,7 +163,7 @@ fn make_distinct(points: &mut Vec<Point>) {
     points.dedup();
 }
 
-/// Adds the ends of other segments, and other points, that lie on those that are cut.
+/// Adds the ends of other segments, and other points, that lie on the segments that are cut.
 fn cut_at_vertices<T, E>(
     segments: &[TaggedSegment<T>],
     cuts: &mut Vec<Cut>,
@@ -171,7 +179,7 @@ fn cut_at_vertices<T, E>(
     let ends = segments.iter().flat_map(|segment| segment.ends);
     let mut near: Vec<Point> = ends.filter(|&end| around.contains(end)).collect();
     cut_at(&cut_segments, &numbers, &mut near, cuts);
-    // Each search looks at all lines.
+    // Each search examines all cut segments.
     let most = BATCH.max(cut_segments.len());
     points(around, &mut |some| {
         near.extend(some.iter().filter(|&&point| around.contains(point)));
@@ -183,10 +191,10 @@ fn cut_at_vertices<T, E>(
     Ok(())
 }
 
-/// Cuts lines, which are segments with these numbers, at those of the points that lie on them. No points are left.
+/// Cuts segments, whose numbers are `numbers`, at the points that lie on them. Empties `points`.
 fn cut_at(cut_segments: &[[Point; 2]], numbers: &[u32], points: &mut Vec<Point>, cuts: &mut Vec<Cut>) {
     make_distinct(points);
-    // Points are searched for as segments without length.
+    // Points are searched for as segments of zero length.
     let mut all = cut_segments.to_vec();
     all.extend(points.drain(..).map(|point| [point; 2]));
     let point_of = |[a, b]: [Point; 2]| (a == b).then_some(a);
@@ -196,19 +204,19 @@ fn cut_at(cut_segments: &[[Point; 2]], numbers: &[u32], points: &mut Vec<Point>,
         _ => None,
     };
     let _never_breaks = search(&all, Rect::PLANE, &meet, &mut |one, other, point| {
-        // Those that are cut come before the points.
+        // The cut segments come before the points.
         let segment = numbers[one.min(other) as usize];
         cuts.push(Cut { segment, point });
         ControlFlow::Continue(())
     });
 }
 
-/// Whether a point in the bounding box of a segment is on it.
+/// Returns whether a point in the bounding box of a segment is on the segment.
 fn is_on(point: Point, [a, b]: [Point; 2]) -> bool {
     orient2d(a, b, point) == Orientation::Collinear
 }
 
-/// Replaces segments by their pieces between cuts.
+/// Replaces segments by their subsegments between cuts.
 fn apply_cuts<T: Copy>(segments: &mut Vec<TaggedSegment<T>>, mut cuts: Vec<Cut>) {
     let along = |cut: &Cut, other: &Cut| {
         let ends = || segments[cut.segment as usize].ends;
@@ -233,7 +241,7 @@ fn apply_cuts<T: Copy>(segments: &mut Vec<TaggedSegment<T>>, mut cuts: Vec<Cut>)
     *segments = subsegments;
 }
 
-/// The order of two points along a segment, if they are on it but for rounding.
+/// Compares two points by their order along a segment. They are on it, up to rounding.
 fn along([a, b]: [Point; 2], p: Point, q: Point) -> Ordering {
     let by = |a: f64, b: f64, p: f64, q: f64| if a <= b { p.total_cmp(&q) } else { q.total_cmp(&p) };
     by(a.x, b.x, p.x, q.x).then_with(|| by(a.y, b.y, p.y, q.y))

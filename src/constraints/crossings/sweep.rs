@@ -1,13 +1,15 @@
-//! Pairs of segments that cells do not part.
+//! Pairs of segments that cells do not separate.
 //!
 //! In: segments most of which are in each other's bounding boxes. Out: the pairs that may meet.
 //!
-//! - Equal segments are taken as one.
-//! - The direction is chosen across which segments are thinnest: that of their mean normal, or an axis. They are sorted by
-//!   where they begin in that direction; those that have not ended when another begins are compared with it. So parallels
-//!   of any slope are parted, which their bounding boxes do not.
-//! - Segments with an end in common do not meet elsewhere. Those about an end of many, like the centre of a star, are a
-//!   **fan**, and not compared with each other. Nor are many on one straight line, which do not cross: they are one too.
+//! - Equal segments are treated as one.
+//! - The sweep runs in the direction in which segments are thinnest: that of their mean normal, or
+//!   an axis. Segments are sorted by their start in that direction. Each is compared with those
+//!   that have started before and not ended. So parallels of any slope are separated, which their
+//!   bounding boxes do not achieve.
+//! - Segments that share an end do not meet elsewhere. The segments at an end that many share, like
+//!   the centre of a star, are a **fan**, and not compared with each other. Many segments on one
+//!   straight line do not cross either, so they are a fan too.
 
 use std::collections::HashMap;
 use std::f64;
@@ -16,34 +18,35 @@ use std::ops::ControlFlow;
 use crate::constraints::crossings::boxes::{bounds, boxes_meet, share_an_end};
 use crate::geometry::{Point, Rect, compare_lines};
 
-/// The least segments of a fan.
+/// Smallest number of segments of a fan.
 const FAN: usize = 32;
 
-/// So many comparisons for each segment are few.
+/// Largest number of comparisons per segment at which a sweep is cheap.
 const CHEAP: usize = 200;
 
-/// The part of all pairs that may be left, for segments to be parted before they are swept.
+/// Largest fraction of all pairs that may remain for segments to be separated before they are
+/// swept.
 const WORTH_PARTING: f64 = 0.9;
 
-/// Equal segments, with their lexicographically smaller end first.
+/// A group of equal segments, with their lexicographically smaller end first.
 struct DistinctSegment {
     ends: [Point; 2],
     bounds: Rect,
-    /// Its fan, from 1; 0 if it is in none.
+    /// Number of its fan, from 1; 0 if it is in none.
     fan: usize,
-    /// Where its numbers begin and end.
+    /// Start and end of its range in `Sweep::numbers`.
     numbers: [usize; 2],
 }
 
-/// Segments to be swept.
+/// Segments that are prepared for a sweep.
 pub(crate) struct Sweep {
     segments: Vec<DistinctSegment>,
     numbers: Vec<u32>,
-    /// How many segments each fan has; before them, how many are in none.
+    /// Number of segments in each fan. Entry 0 counts those in no fan.
     fans: Vec<usize>,
-    /// Where each line begins and ends in the direction of the sweep.
+    /// Start and end of each segment in the direction of the sweep.
     intervals: Vec<[f64; 2]>,
-    /// The part of the whole range that an interval takes, on average.
+    /// Average length of an interval, as a fraction of the whole range.
     thickness: f64,
 }
 
@@ -62,13 +65,14 @@ impl Sweep {
         }
     }
 
-    /// Whether there are few pairs to compare, for so many segments.
+    /// Returns whether there are few pairs to compare, relative to the number of segments.
     pub(crate) fn is_cheap(&self) -> bool {
         let pairs = self.pairs() * self.thickness.min(1.0);
         pairs <= (CHEAP * self.segments.len()) as f64
     }
 
-    /// Whether there are more pairs to compare than among parts of the segments, given by their numbers, together.
+    /// Returns whether there are more pairs to compare than within all `parts` together. Each part
+    /// is a list of segment numbers.
     pub(crate) fn is_worse_than<'a>(&self, parts: impl Iterator<Item = &'a [u32]>) -> bool {
         let in_fans = self.segments.iter().filter(|segment| segment.fan > 0);
         let fans: HashMap<u32, usize> = in_fans
@@ -87,14 +91,15 @@ impl Sweep {
         pairs_between(self.fans.iter().copied().enumerate())
     }
 
-    /// Visits pairs of segments that may meet, with the numbers of all that equal one and of all that equal the other.
+    /// Visits pairs of segments that may meet. Each of the two comes with the numbers of all
+    /// segments that are equal to it.
     pub(crate) fn visit(
         &self,
         mut visit: impl FnMut(([Point; 2], &[u32]), ([Point; 2], &[u32])) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let mut order: Vec<usize> = (0..self.segments.len()).collect();
         order.sort_unstable_by(|&a, &b| self.intervals[a][0].total_cmp(&self.intervals[b][0]));
-        // What has begun, by fans.
+        // The segments that have started, by fan.
         let mut open: Vec<Vec<usize>> = vec![Vec::new(); self.fans.len()];
         for number in order {
             let segment = &self.segments[number];
@@ -124,7 +129,8 @@ impl Sweep {
     }
 }
 
-/// Twice the number of pairs of segments that are not in one fan, given how many each fan has. 0 is no fan.
+/// Returns twice the number of pairs of segments that are not in the same fan. `fans` has the
+/// number and the size of each fan; number 0 stands for no fan.
 fn pairs_between(fans: impl Iterator<Item = (usize, usize)>) -> f64 {
     let (mut all, mut in_fans) = (0.0, 0.0);
     for (fan, count) in fans {
@@ -135,7 +141,8 @@ fn pairs_between(fans: impl Iterator<Item = (usize, usize)>) -> f64 {
     all * all - in_fans
 }
 
-/// The distinct segments among these, and the numbers of all, those of equals together.
+/// Returns the distinct segments, and the numbers of all segments, with those of equal segments
+/// together.
 fn distinct(segments: impl Iterator<Item = ([Point; 2], u32)>) -> (Vec<DistinctSegment>, Vec<u32>) {
     let directed = |[a, b]: [Point; 2]| if b.lex_cmp(a).is_lt() { [b, a] } else { [a, b] };
     let mut sorted: Vec<_> = segments.map(|(ends, number)| (directed(ends), number)).collect();
@@ -155,7 +162,8 @@ fn distinct(segments: impl Iterator<Item = ([Point; 2], u32)>) -> (Vec<DistinctS
     (segments.collect(), sorted.iter().map(|(_, number)| *number).collect())
 }
 
-/// Numbers the fans, from 1, and gives each line that of its ends which more lines have. Returns how many lines each has.
+/// Numbers the fans from 1, and assigns each segment to the largest fan that it is in. Returns the
+/// number of segments in each fan.
 fn find_fans(segments: &mut [DistinctSegment]) -> Vec<usize> {
     let mut ends: Vec<(Point, usize)> = Vec::with_capacity(2 * segments.len());
     for (number, segment) in segments.iter().enumerate() {
@@ -172,7 +180,7 @@ fn find_fans(segments: &mut [DistinctSegment]) -> Vec<usize> {
     let on_line = along.chunk_by(|a, b| compare_lines(a.0, b.0).is_eq());
     let on_line = on_line.filter(|fan| fan.len() >= FAN);
     let mut fans: Vec<Vec<usize>> = around.map(numbers_of).chain(on_line.map(numbers_of)).collect();
-    // The largest last, to have the last word.
+    // The largest fan comes last and overrides the others.
     fans.sort_by_key(|fan| fan.len());
     for (fan, members) in (1..).zip(&fans) {
         for &number in members {
@@ -188,8 +196,9 @@ fn numbers_of<T>(some: &[(T, usize)]) -> Vec<usize> {
     some.iter().map(|(_, number)| *number).collect()
 }
 
-/// Where each line begins and ends in the direction across which they are thinnest, rounded outwards, and how thin they are:
-/// what part of the range of all they take on average.
+/// Returns the start and end of each segment, rounded outwards, in the direction in which segments
+/// are thinnest. Also returns how thin they are: the average fraction of the whole range that a
+/// segment takes.
 fn intervals(segments: &[DistinctSegment]) -> (Vec<[f64; 2]>, f64) {
     // Angles are doubled, so that opposite directions are the same.
     let (mut cosine, mut sine) = (0.0, 0.0);
@@ -215,11 +224,11 @@ fn intervals(segments: &[DistinctSegment]) -> (Vec<[f64; 2]>, f64) {
     thinnest.unwrap_or_default()
 }
 
-/// The interval of a line's projections on a direction whose components are at most 1.
+/// Returns the interval of a segment's projection on a direction whose components are at most 1.
 fn project(segment: &DistinctSegment, [x, y]: [f64; 2]) -> [f64; 2] {
     let along = segment.ends.map(|p| {
         let (along_x, along_y) = (x * p.x, y * p.y);
-        // Three roundings, of half a unit each.
+        // Three roundings of half a unit in the last place each.
         let error = (along_x.abs() + along_y.abs()) * (2.0 * f64::EPSILON);
         [along_x + along_y - error, along_x + along_y + error]
     });

@@ -1,32 +1,34 @@
-//! Polygons that are inside out, put right: what their rings go round in whatever direction, they cover once.
+//! Repair of polygons that are inside out: they cover once what their rings enclose, in any
+//! direction.
 //!
-//! In: the pieces of all polygons, which do not cross. Out: pieces that know where the interior is: the depth changes along them
-//! by what the polygon covers on their left, 1 or 0, less what it covers on their right. Where that is nothing they come once in
-//! each direction. Polygons whose winding is nowhere negative stay as they are.
+//! In: the subsegments of all polygons, which do not cross. Out: subsegments whose direction says
+//! where the interior is. Along each, the depth changes by what the polygon covers on its left, 1
+//! or 0, minus what the polygon covers on its right. Where this difference is 0, the subsegment
+//! occurs once in each direction. Polygons whose winding is nowhere negative are unchanged.
 
 use crate::constraints::crossings::split::TaggedSegment;
 use crate::constraints::polygons::check::{Inverted, InvertedPolygons};
 use crate::constraints::polygons::sweep::{EdgePart, Outcome, Sweep};
 use crate::geometry::Point;
 
-/// What was put right.
+/// The result of a repair.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct PolygonRepair {
-    /// The polygons.
+    /// The polygons that were repaired.
     pub(crate) inverted: Option<InvertedPolygons>,
-    /// How many parts of them were inside out.
+    /// Number of parts of them that were inside out.
     pub(crate) parts: u64,
 }
 
-/// Puts polygons right. `polygon_of` tells which polygon a piece is of, if it is of one, and the number of its line; the pieces
-/// of a polygon come one after another.
+/// Repairs polygons. `polygon_of` returns the polygon of a subsegment and the number of its line,
+/// or `None` if it belongs to no polygon. The subsegments of a polygon must be consecutive.
 pub(crate) fn repair<T: Copy>(
     subsegments: &mut Vec<TaggedSegment<T>>,
     polygon_of: impl Fn(&TaggedSegment<T>) -> Option<(u64, u64)>,
 ) -> PolygonRepair {
     let mut done = PolygonRepair::default();
     let mut changed: Vec<TaggedSegment<T>> = Vec::new();
-    // How many of the pieces went over to the changed ones, if any did.
+    // Number of subsegments that were copied to `changed`, if any polygon was repaired.
     let mut copied = 0;
     let mut start = 0;
     let polygon = |subsegment: &TaggedSegment<T>| polygon_of(subsegment).map(|(polygon, _)| polygon);
@@ -58,16 +60,16 @@ pub(crate) fn repair<T: Copy>(
     done
 }
 
-/// Directs the pieces of a polygon.
+/// Directs the subsegments of a polygon.
 fn direct<T: Copy>(its: &[TaggedSegment<T>], sweep: &Sweep, out: &mut Vec<TaggedSegment<T>>) {
     let mut parts: Vec<EdgePart> = Vec::new();
     sweep.run(None, &mut |part| parts.push(part));
-    // Those of an edge in their order along it.
+    // The parts of an edge are in their order along it.
     parts.sort_by_key(|part| part.edge);
     let mut is_directed = vec![false; sweep.edge_count()];
     for subsegment in its {
         let Some(edge) = sweep.edge_between(subsegment.ends[0], subsegment.ends[1]) else {
-            // It goes there and back.
+            // Its edge is traversed equally often in both directions.
             out.push(*subsegment);
             continue;
         };

@@ -1,38 +1,39 @@
 //! The edges that a sweep line meets, in order from below.
 //!
-//! A list of short lists: a search halves both, and a change moves the entries of one short list only.
+//! They are a list of short lists: a search bisects both, and a change moves only the entries of
+//! one short list.
 
 use crate::geometry::Point;
 
-/// Entries of a short list before it is divided.
+/// Largest number of entries of a short list before it is divided.
 const MOST: usize = 256;
 
 /// An edge on the sweep line.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StatusEntry {
-    /// Its number.
+    /// The number of the edge.
     pub(crate) edge: u32,
-    /// The last point on it that was passed.
+    /// The last point on the edge that the sweep passed.
     pub(crate) from: Point,
-    /// The windings below and above it, and all that lies along it.
+    /// The windings below and above the edge and all edges that overlap it.
     pub(crate) windings: [i32; 2],
-    /// The face above it, if its winding is negative.
+    /// The face above the edge, if its winding is negative.
     pub(crate) face: u32,
-    /// Whether it is the first of those that lie along each other.
+    /// Whether it is the first of the edges that overlap each other.
     pub(crate) is_first: bool,
 }
 
-/// Where an entry is, or would be.
+/// The position of an entry, or where one would be inserted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct StatusPosition {
     list: usize,
     index: usize,
 }
 
-/// The entries.
+/// The entries on the sweep line.
 #[derive(Debug)]
 pub(crate) struct Status {
-    /// None is empty, unless it is the only one.
+    /// No list is empty, unless it is the only one.
     lists: Vec<Vec<StatusEntry>>,
 }
 
@@ -43,7 +44,8 @@ impl Status {
         }
     }
 
-    /// The place behind all entries that are `below`. These come before all others.
+    /// Returns the position after all entries for which `below` is true. These must come before all
+    /// others.
     pub(crate) fn search(&self, mut below: impl FnMut(&StatusEntry) -> bool) -> StatusPosition {
         let list = self.lists.partition_point(|list| list.last().is_some_and(&mut below));
         match self.lists.get(list) {
@@ -58,7 +60,7 @@ impl Status {
         }
     }
 
-    /// The entry below a place.
+    /// Returns the entry below a position.
     pub(crate) fn below(&self, at: StatusPosition) -> Option<&StatusEntry> {
         match at.index.checked_sub(1) {
             Some(index) => self.lists[at.list].get(index),
@@ -66,15 +68,15 @@ impl Status {
         }
     }
 
-    /// The entry at a place.
+    /// Returns the entry at a position.
     pub(crate) fn above(&self, at: StatusPosition) -> Option<&StatusEntry> {
         self.lists[at.list]
             .get(at.index)
             .or_else(|| self.lists.get(at.list + 1)?.first())
     }
 
-    /// Takes out the entries from a place on for which `is_taken`, and puts in their place what `make` makes of them. Returns
-    /// the place behind these.
+    /// Removes the entries from a position on for which `is_taken` is true, and inserts the entries
+    /// that `make` makes of them. Returns the position after the inserted entries.
     pub(crate) fn replace(
         &mut self,
         at: StatusPosition,
@@ -85,7 +87,7 @@ impl Status {
         taken.clear();
         made.clear();
         let (mut list, mut from) = (at.list, at.index);
-        // The last list that is touched, and the place behind what is taken of it.
+        // The last list that changes, and the position after the entries that are removed from it.
         let end = loop {
             let its = &self.lists[list];
             let count = its[from..].iter().take_while(|entry| is_taken(entry)).count();
@@ -112,7 +114,7 @@ impl Status {
         self.tidy(behind)
     }
 
-    /// Divides or removes the list of a place. Returns where the place is then.
+    /// Divides or removes the list of a position. Returns the new position.
     fn tidy(&mut self, at: StatusPosition) -> StatusPosition {
         let its = &self.lists[at.list];
         if its.is_empty() && self.lists.len() > 1 {
@@ -139,7 +141,7 @@ impl Status {
         StatusPosition { list, index }
     }
 
-    /// All entries, from below.
+    /// Returns all entries, from below.
     pub(crate) fn entries_mut(&mut self) -> impl Iterator<Item = &mut StatusEntry> {
         self.lists.iter_mut().flatten()
     }

@@ -1,17 +1,18 @@
-//! Which cells of a k-d tree a segment meets.
+//! The cells of a k-d tree that a segment meets.
 //!
-//! A cell does not own its left and its bottom side. A segment that lies beside the cell and touches one of these does not meet it:
-//! the segment may lie within the cell of its ends, and no other leaf may take it as one that passes through.
+//! A cell does not own its left and its bottom side. A segment that lies beside the cell and
+//! touches one of these sides does not meet the cell. Such a segment may lie within the cell of its
+//! ends, and then no other leaf may take it for a segment that passes through.
 
 use crate::constraints::segment::Segment;
 use crate::geometry::{Point, Rect, segment_meets};
 use crate::store::format::cell_index::CellIndex;
 use crate::store::{KdNode, KdTree};
 
-/// The segments of each leaf of a tree below a cell: the numbers of those that meet its cell, ascending; perhaps of some more,
-/// if the cell is infinite.
+/// Returns, for each leaf of a tree below a cell, the indices of the segments that meet the leaf's
+/// cell, in ascending order. If the cell is infinite, some more may be among them.
 pub(crate) fn segments_of_leaves(tree: &KdTree, cell: Rect, segments: &[Segment]) -> Vec<Vec<u32>> {
-    /// Segments at a time.
+    /// Number of segments at a time.
     const SOME: usize = 1024;
     let mut leaves = vec![Vec::new(); tree.tiles() as usize];
     let mut cells = SegmentCells::new(tree, cell);
@@ -21,7 +22,7 @@ pub(crate) fn segments_of_leaves(tree: &KdTree, cell: Rect, segments: &[Segment]
     leaves
 }
 
-/// Finds the leaves of a k-d tree below a cell that segments meet.
+/// A search for the leaves of a k-d tree below a cell that segments meet.
 #[derive(Debug)]
 pub(crate) struct SegmentCells<'a> {
     tree: &'a KdTree,
@@ -29,9 +30,9 @@ pub(crate) struct SegmentCells<'a> {
     index: CellIndex,
     /// The cell of each leaf.
     cells: Vec<Rect>,
-    /// Nodes that are still to be looked at.
+    /// Nodes that are still to be examined.
     open: Vec<OpenNode>,
-    /// The ends of segments, and the leaves of these.
+    /// The ends of segments, and the leaves that contain them.
     ends: Vec<Point>,
     leaves: Vec<u32>,
 }
@@ -41,12 +42,13 @@ pub(crate) struct SegmentCells<'a> {
 struct OpenNode {
     node: u32,
     cell: Rect,
-    /// Whether both ends are in the closed cell. Then where they lie tells which children the segment meets.
+    /// Whether both ends are in the closed cell. Then the positions of the ends determine which
+    /// children the segment meets.
     has_ends: bool,
 }
 
 impl<'a> SegmentCells<'a> {
-    /// Prepares a tree whose root has this cell.
+    /// Prepares a tree whose root has the cell `cell`.
     pub(crate) fn new(tree: &'a KdTree, cell: Rect) -> Self {
         let cells = tree.node_cells_within(cell).into_iter().zip(tree.nodes());
         let of_leaves = cells.filter(|(_, node)| matches!(node, KdNode::Leaf(_)));
@@ -61,8 +63,8 @@ impl<'a> SegmentCells<'a> {
         }
     }
 
-    /// Gives each leaf whose cell a segment meets, with the place of the segment, which ascends. All of them must meet the root's
-    /// cell.
+    /// Passes each leaf whose cell a segment meets to `take`, with the index of the segment.
+    /// Indices ascend. All segments must meet the root's cell.
     pub(crate) fn for_each(&mut self, segments: &[Segment], mut take: impl FnMut(u32, usize)) {
         if self.cells.is_empty() {
             return;
@@ -72,7 +74,7 @@ impl<'a> SegmentCells<'a> {
         self.leaves.clear();
         self.index.cells_of(&self.ends, &mut self.leaves);
         for (index, segment) in segments.iter().enumerate() {
-            // Most segments lie within a cell and touch no side of it.
+            // Most segments lie within a cell and touch none of its sides.
             let [leaf, other] = [self.leaves[2 * index], self.leaves[2 * index + 1]];
             let cell = self.cells[leaf as usize];
             let is_within = |p: Point| cell.min_x < p.x && p.x < cell.max_x && cell.min_y < p.y && p.y < cell.max_y;

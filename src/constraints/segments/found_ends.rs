@@ -1,12 +1,13 @@
-//! The ends of a part that were found, with their places.
+//! The ends of a part that were found, with their positions.
 //!
 //! ```text
-//! chunk   0  where the chunk in the file before this one is: offset u64, length u32, CRC-32C u32; or zeros
-//!        16  of each end: its number u32, x, y f64
+//! chunk   0  the chunk before this one in the file: offset u64, length u32, CRC-32C u32; or zeros
+//!        16  for each end: its number u32, x, y f64
 //! ```
 //!
-//! All little-endian. They come in as many chunks as there are buffers full of them, and each part has but a small buffer. So
-//! memory knows the last one alone, and that leads to the others, from the newest to the oldest.
+//! All values are little-endian. Each part has only a small buffer, and each full buffer becomes a
+//! chunk. So memory has the location of the last chunk only. It leads to the others, from the
+//! newest to the oldest.
 
 use std::io;
 
@@ -19,7 +20,7 @@ const HEADER: usize = 16;
 /// Bytes of an end.
 const END_BYTES: usize = 20;
 
-/// The place of an end that was not found.
+/// The position of an end that was not found.
 const UNKNOWN: Point = Point {
     x: f64::NAN,
     y: f64::NAN,
@@ -28,21 +29,21 @@ const UNKNOWN: Point = Point {
 /// Ends that were found.
 #[derive(Debug, Default)]
 pub(crate) struct FoundEnds {
-    /// The chunks that stay in memory, older than any other.
+    /// The chunks that stay in memory. They are older than all others.
     chunks: Vec<Chunk>,
     /// The newest chunk in the file.
     last: Option<Extent>,
-    /// The next chunk.
+    /// The next chunk, which is not full yet.
     buffer: Vec<u8>,
 }
 
 impl FoundEnds {
-    /// Bytes in memory, but for those of chunks that the store keeps there.
+    /// Returns the bytes in memory, except those of chunks that the store keeps there.
     pub(crate) fn byte_size(&self) -> usize {
         self.chunks.capacity() * size_of::<Chunk>() + self.buffer.capacity()
     }
 
-    /// Takes an end and its place. The last one counts, if several come.
+    /// Adds an end and its position. If an end comes several times, the last position counts.
     #[inline]
     pub(crate) fn push(
         &mut self,
@@ -77,9 +78,10 @@ impl FoundEnds {
         Ok(())
     }
 
-    /// The place of each of so many ends. An error of the second kind is the first one that was not found.
+    /// Writes the position of each of `ends` ends to `positions`. The inner error is the first end
+    /// that was not found.
     ///
-    /// Tells of the chunks in the file, which nobody knows otherwise.
+    /// Passes the location of each chunk in the file to `visit`; nothing else knows it.
     pub(crate) fn positions(
         &self,
         ends: u32,
@@ -108,13 +110,13 @@ impl FoundEnds {
         })
     }
 
-    /// Gives up the chunks in memory.
+    /// Frees the chunks in memory.
     pub(crate) fn free(self, store: &mut ChunkStore) {
         self.chunks.into_iter().for_each(|chunk| store.free(chunk));
     }
 }
 
-/// Puts the ends of a chunk where they belong, unless a newer one is there.
+/// Writes the positions of the ends of a chunk, unless a newer one is there.
 fn fill_in(chunk: &[u8], positions: &mut [Point]) -> io::Result<()> {
     let (ends, _) = chunk.get(HEADER..).unwrap_or_default().as_chunks::<END_BYTES>();
     for bytes in ends.iter().rev() {
@@ -129,7 +131,7 @@ fn fill_in(chunk: &[u8], positions: &mut [Point]) -> io::Result<()> {
     Ok(())
 }
 
-/// The chunk before one that is here.
+/// Returns the location of the chunk before the chunk at `here`.
 fn before(chunk: &[u8], here: Extent) -> io::Result<Option<Extent>> {
     let (words, _) = chunk.as_chunks::<4>();
     let &[a, b, length, crc, ..] = words else {
@@ -143,7 +145,7 @@ fn before(chunk: &[u8], here: Extent) -> io::Result<Option<Extent>> {
     if extent.length == 0 {
         return Ok(None);
     }
-    // So that there is an end to it.
+    // Offsets must decrease, so that the walk terminates.
     if extent.range().end > here.offset {
         return Err(damaged("a chunk of ends leads to a later one"));
     }

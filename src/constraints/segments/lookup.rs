@@ -1,16 +1,17 @@
-//! The points of a batch, by their record numbers.
+//! The points of a batch, by record number.
 
 use crate::geometry::Point;
 use crate::input::PointBatch;
 
-/// Where there is no point.
+/// The index for a record without a point.
 const NONE: u32 = u32::MAX;
 
-/// Finds a point of a batch, in whatever order the records are. The last of several with one number counts.
+/// An index of the points of a batch by record number. Records may be in any order. Of several
+/// points with the same record number, the last one counts.
 #[derive(Debug)]
 pub(crate) struct Lookup<'a> {
     points: &'a [Point],
-    /// The lowest and the highest number.
+    /// The smallest and the largest record number.
     pub(crate) first: u64,
     pub(crate) last: u64,
     index: RecordIndex,
@@ -18,18 +19,18 @@ pub(crate) struct Lookup<'a> {
 
 #[derive(Debug)]
 enum RecordIndex {
-    /// The place of each number from the first on.
+    /// The index of the point of each record number, from the first on.
     Table(Vec<u32>),
-    /// Numbers with their places, in order.
+    /// Record numbers and the indices of their points, sorted.
     Sorted(Vec<(u64, u32)>),
 }
 
 impl<'a> Lookup<'a> {
-    /// None: there are no points.
+    /// Makes an index. Returns `None` if there are no points.
     pub(crate) fn new(batch: &'a PointBatch) -> Option<Self> {
         let (&first, &last) = batch.records.iter().min().zip(batch.records.iter().max())?;
         let numbered = batch.records.iter().copied().zip(0u32..);
-        // A few gaps cost less than searching.
+        // A few gaps cost less than a search.
         let index = if last - first < 4 * batch.records.len() as u64 {
             let mut table = vec![NONE; (last - first) as usize + 1];
             for (record, index) in numbered {
@@ -49,7 +50,7 @@ impl<'a> Lookup<'a> {
         })
     }
 
-    /// The point with a number.
+    /// Returns the point with a record number.
     #[inline]
     pub(crate) fn point(&self, record: u64) -> Option<Point> {
         let index = match &self.index {

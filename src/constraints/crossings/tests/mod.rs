@@ -1,4 +1,4 @@
-//! Crossings against brute force: all pairs, by the predicate.
+//! Tests of crossings against brute force: the predicate on all pairs.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -13,7 +13,7 @@ use crate::geometry::{Orientation, Point, Rect, crossing_point, orient2d};
 mod shapes;
 mod splitting;
 
-/// The pairs that cross, the smaller number first, and where.
+/// The pairs that cross, the smaller number first, and the bits of their crossing points.
 type Crossings = BTreeMap<[u32; 2], [u64; 2]>;
 
 fn bits(p: Point) -> [u64; 2] {
@@ -24,7 +24,7 @@ fn point([x, y]: [i32; 2]) -> Point {
     Point::new(x.into(), y.into())
 }
 
-/// What is found in a cell; each pair once.
+/// Returns the pairs that are found in a cell. Asserts that each is found once.
 fn found_in(segments: &[[Point; 2]], cell: Rect) -> Crossings {
     let mut all = Crossings::new();
     let done = find(segments, cell, &mut |one, other, point| {
@@ -36,7 +36,7 @@ fn found_in(segments: &[[Point; 2]], cell: Rect) -> Crossings {
     all
 }
 
-/// All pairs that cross, from left to right.
+/// Returns all pairs that cross, searched from left to right.
 fn by_brute_force(segments: &[[Point; 2]]) -> Crossings {
     let mut order: Vec<(Rect, u32)> = segments.iter().map(|&segment| bounds(segment)).zip(0..).collect();
     order.sort_by(|a, b| a.0.min_x.total_cmp(&b.0.min_x));
@@ -61,7 +61,7 @@ fn check(segments: &[[Point; 2]]) {
     assert_eq!(found_in(segments, Rect::PLANE), by_brute_force(segments));
 }
 
-/// Whether a segment meets a closed cell. Sides are finite.
+/// Returns whether a segment meets a closed cell with finite sides.
 fn meets([a, b]: [Point; 2], cell: Rect) -> bool {
     let corners = [
         Point::new(cell.min_x, cell.min_y),
@@ -74,7 +74,7 @@ fn meets([a, b]: [Point; 2], cell: Rect) -> bool {
     bounds([a, b]).intersects(cell) && !is_aside
 }
 
-/// Cuts a cell again and again; the cells that come of it.
+/// Cuts a cell recursively. Returns the resulting cells.
 fn cut(cell: Rect, cuts: &[(bool, Point)]) -> Vec<Rect> {
     let Some((&(by_x, at), cuts)) = cuts.split_first() else {
         return vec![cell];
@@ -91,8 +91,9 @@ fn cut(cell: Rect, cuts: &[(bool, Point)]) -> Vec<Rect> {
     [self::cut(low, one), self::cut(high, other)].concat()
 }
 
-/// Cells are given no more than the segments that meet them. Cuts pass through ends and through rounded crossing points,
-/// which may be on the other side than the exact ones.
+/// Checks that each pair is found in one cell if a cell is given only the segments that meet it.
+/// Cuts pass through ends and through rounded crossing points, which may be on the other side of a
+/// cut than the exact ones.
 fn check_cells(segments: &[[Point; 2]], cuts: &[(bool, usize)]) {
     let all = by_brute_force(segments);
     let mut points: Vec<Point> = segments.iter().flatten().copied().collect();

@@ -1,4 +1,5 @@
-//! Many segments, of all shapes: they are found by brute force too, and it does not take too many tests of pairs.
+//! Many segments of all shapes: the search finds the same crossings as brute force, and does not
+//! test too many pairs.
 
 use std::cell::Cell;
 use std::ops::ControlFlow;
@@ -6,7 +7,7 @@ use std::ops::ControlFlow;
 use crate::constraints::crossings::tests::*;
 use crate::geometry::{Point, Rect};
 
-/// Numbers as if at random, the same each time.
+/// A pseudo-random number generator, the same each time.
 struct Random(u64);
 
 impl Random {
@@ -16,7 +17,7 @@ impl Random {
         mixed ^ (mixed >> 31)
     }
 
-    /// From 0 to 1.
+    /// Returns a number from 0 to 1.
     fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }
@@ -25,7 +26,7 @@ impl Random {
         Point::new(self.unit(), self.unit())
     }
 
-    /// A segment of about this length.
+    /// Returns a segment whose length is about `length`.
     fn short(&mut self, length: f64) -> [Point; 2] {
         let (a, step) = (self.point(), self.point());
         [
@@ -45,7 +46,7 @@ fn moved(p: Point, x: f64, y: f64) -> Point {
     Point::new(p.x + x, p.y + y)
 }
 
-/// The edges of a triangulated grid, with vertices moved a little.
+/// Returns the edges of a triangulated grid whose vertices are moved a little.
 fn mesh(side: usize, random: &mut Random) -> Vec<[Point; 2]> {
     let vertices: Vec<Point> = (0..side * side)
         .map(|i| {
@@ -74,7 +75,7 @@ fn star(rays: usize, centre: Point, mut length: impl FnMut() -> f64) -> Vec<[Poi
     (0..rays).map(ray).collect()
 }
 
-/// How many pairs are tested for each segment.
+/// Returns the number of tested pairs per segment.
 fn tests_per_segment(segments: &[[Point; 2]]) -> f64 {
     let tests = Cell::new(0u64);
     let meet = |_: [Point; 2], _: [Point; 2], _: Rect| {
@@ -94,11 +95,11 @@ fn check_effort(segments: &[[Point; 2]], most: f64) {
 
 #[test]
 fn edges_of_a_mesh_do_not_cross() {
-    // More than are copied to lie together.
+    // More than the search copies to be contiguous.
     let mut segments = mesh(90, &mut Random(1));
     assert_eq!(found_in(&segments, Rect::PLANE), Crossings::new());
     check_effort(&segments, 10.0);
-    // Until some do.
+    // Now add some that cross.
     segments.extend((0..20).map(|i| [point([i, -1]), point([80 - 3 * i, 91])]));
     check(&segments);
 }
@@ -150,7 +151,7 @@ fn stars() {
     check_effort(&even, 0.0);
     let mut uneven = star(20_000, centre, || random.unit().powi(4));
     check_effort(&uneven, 1.0);
-    // A few across, and many that go elsewhere.
+    // A few segments across the rays, and many elsewhere.
     let mut random = Random(7);
     uneven.extend((0..30).map(|_| random.short(0.5)));
     uneven.extend((0..20_000).map(|_| random.short(0.002).map(|p| moved(p, 1.5, 0.0))));
@@ -230,7 +231,8 @@ fn clusters_within_clusters() {
     check(&segments);
 }
 
-/// So close together that a grid cannot tell where they are, and long ones far too coarse for it.
+/// Segments so close together that a grid cannot distinguish their positions, and long ones whose
+/// rounding is far too coarse for the grid.
 #[test]
 fn a_few_units_in_the_last_place() {
     let mut random = Random(9);

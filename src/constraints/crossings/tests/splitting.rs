@@ -1,4 +1,5 @@
-//! What comes of splitting: nothing crosses, nothing is lost, and nothing depends on the order.
+//! Properties of splitting: no crossings are left, nothing is lost, and nothing depends on the
+//! order.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +14,7 @@ fn numbered(segments: &[[Point; 2]]) -> Vec<TaggedSegment<u32>> {
     numbered.map(|(&ends, tag)| TaggedSegment { ends, tag }).collect()
 }
 
-/// Pieces as a set.
+/// Returns the subsegments in sorted order.
 fn sorted(subsegments: &[TaggedSegment<u32>]) -> Vec<(u32, [[u64; 2]; 2])> {
     let mut all: Vec<_> = subsegments
         .iter()
@@ -23,7 +24,8 @@ fn sorted(subsegments: &[TaggedSegment<u32>]) -> Vec<(u32, [[u64; 2]; 2])> {
     all
 }
 
-/// Checks that the pieces of each segment are a chain from its one end to its other that never turns back.
+/// Checks that the subsegments of each segment form a chain from one end to the other that never
+/// turns back.
 fn check_chains(segments: &[[Point; 2]], subsegments: &[TaggedSegment<u32>]) {
     for (&[from, to], number) in segments.iter().zip(0..) {
         let its: Vec<[Point; 2]> = subsegments.iter().filter(|p| p.tag == number).map(|p| p.ends).collect();
@@ -39,7 +41,7 @@ fn check_chains(segments: &[[Point; 2]], subsegments: &[TaggedSegment<u32>]) {
     }
 }
 
-/// The ends that lie within a segment, exactly.
+/// Returns the ends that lie exactly in the interior of a segment.
 fn touches(segments: &[[Point; 2]]) -> BTreeSet<(usize, [u64; 2])> {
     let mut all = BTreeSet::new();
     for (number, &[a, b]) in segments.iter().enumerate() {
@@ -53,7 +55,7 @@ fn touches(segments: &[[Point; 2]]) -> BTreeSet<(usize, [u64; 2])> {
     all
 }
 
-/// Splits, and checks all that is promised.
+/// Splits segments, and checks all guarantees.
 fn check_split(segments: &[[Point; 2]]) -> Split {
     let mut subsegments = numbered(segments);
     let done = split(&mut subsegments, usize::MAX).unwrap();
@@ -66,11 +68,12 @@ fn check_split(segments: &[[Point; 2]]) -> Split {
     assert!(done.points.is_sorted_by(|p, q| p.lex_cmp(*q).is_lt()));
     let points: BTreeSet<[u64; 2]> = done.points.iter().map(|&p| bits(p)).collect();
     assert!(crossings.values().all(|point| points.contains(point)));
-    // There are no other vertices than the old and the new ones, and all of them are there.
+    // The vertices are exactly the old and the new ones.
     let before: BTreeSet<[u64; 2]> = segments.iter().flatten().map(|&p| bits(p)).collect();
     let after: BTreeSet<[u64; 2]> = ends.iter().flatten().map(|&p| bits(p)).collect();
     assert_eq!(after, &before | &points);
-    // Segments pass through the crossing points that they had, and still touch what they touched.
+    // Segments pass through their former crossing points, and still touch the points that they
+    // touched.
     let passes = |number: usize, point: [u64; 2]| {
         let its = subsegments
             .iter()
@@ -90,7 +93,7 @@ fn check_split(segments: &[[Point; 2]]) -> Split {
     done
 }
 
-/// Splits them in another order, some the other way round: the same pieces must come of it.
+/// Splits segments in another order, some of them reversed. The subsegments must be the same.
 fn check_order(segments: &[[Point; 2]], order: &[u32]) {
     let mut subsegments = numbered(segments);
     let mut others = subsegments.clone();
@@ -128,7 +131,7 @@ proptest! {
         check_order(&segments, &order);
     }
 
-    /// There are no numbers but integers here.
+    /// Only integers are representable in this range.
     #[test]
     fn coarse_numbers(segments in prop::collection::vec(small(), 1..40), order in order()) {
         let coarse = |p: Point| Point::new(p.x + 2f64.powi(52), p.y + 2f64.powi(52));
@@ -138,7 +141,8 @@ proptest! {
     }
 }
 
-/// A crossing point that is rounded moves the pieces of a segment across a third one, which ends close to the segment.
+/// A rounded crossing point moves the subsegments of a segment across a third segment, which ends
+/// close to it.
 #[test]
 fn rounds_are_limited() {
     let coarse = |[x, y]: [i32; 2]| Point::new(f64::from(x) + 2f64.powi(52), f64::from(y) + 2f64.powi(52));
@@ -186,7 +190,7 @@ fn the_number_of_crossings_is_limited() {
     );
 }
 
-/// The crossing point is rounded to an end of one segment, so that only the other is bent.
+/// The crossing point is rounded to an end of one segment, so only the other segment is bent.
 #[test]
 fn a_point_that_is_rounded_to_an_end_makes_no_piece_without_length() {
     let one = 1.0f64.next_up();
@@ -198,7 +202,7 @@ fn a_point_that_is_rounded_to_an_end_makes_no_piece_without_length() {
     assert_eq!((done.crossings, done.points), (vec![1], vec![Point::new(one, one)]));
 }
 
-/// Two walls that end on a third keep to it, where it is bent.
+/// Two walls that end on a third one stay on it when it is bent.
 #[test]
 fn ends_on_what_is_bent_stay_on_it() {
     let wall = [point([0, 0]), point([7, 21])];
@@ -220,7 +224,7 @@ fn ends_on_what_is_bent_stay_on_it() {
     check_split(&segments);
 }
 
-/// Splits where there are no other points.
+/// Splits segments without any other points.
 fn split<T: Copy>(segments: &mut Vec<TaggedSegment<T>>, limit: usize) -> Result<Split, SplitError> {
     split::split(segments, limit, &[], &mut |_, _| Ok(()))
 }
@@ -236,7 +240,7 @@ fn split_in_rounds<T: Copy>(
 #[test]
 fn points_on_segments_that_are_bent_cut_them() {
     let p = Point::new;
-    // The first two cross where x is no double; the third does not cross anything.
+    // The crossing point of the first two has an x that is not a double. The third crosses nothing.
     let segments = [
         [p(0.0, 0.0), p(9.0, 3.0)],
         [p(5.0, -1.0), p(4.0, 3.0)],

@@ -5,37 +5,37 @@ use proptest::prelude::*;
 
 use crate::constraints::segments::spool::*;
 
-/// What a build does with segments, and what must come of it.
+/// An operation of a build on a spool.
 #[derive(Clone, Debug)]
 enum SpoolStep {
-    /// Segments by their ends, of this kind, with z or none.
+    /// Adds segments by their ends, of this kind, with or without z.
     ByEnds(Vec<[Point; 2]>, LineKind, bool),
-    /// Segments between records, given by their ranks.
+    /// Adds segments between records, given by their ranks.
     Between(Vec<[u64; 2]>, LineKind),
-    /// Points with these records, given by their ranks.
+    /// Adds points with these records, given by their ranks.
     Points(Vec<u64>),
 }
 
-/// All segments in memory.
+/// A model of the spool, with all segments in memory.
 #[derive(Default)]
 struct Model {
     by_ends: Vec<Segment>,
     z: Vec<[f64; 2]>,
     has_z: bool,
-    /// Records, the ends that were found, and the source.
+    /// The records, the ends that were found, and the source.
     between: Vec<([u64; 2], [Option<Point>; 2], EdgeSource)>,
     lines: u64,
     batches: u64,
 }
 
-/// z of the ends of a line.
+/// Returns the z of the ends of a line.
 fn z_of(line: u64) -> [f64; 2] {
     [line as f64 * 0.5, -(line as f64)]
 }
 
 impl Model {
     fn lines(&mut self, count: usize) -> Vec<u64> {
-        // Most lines follow one another; a few are far away.
+        // Most lines are consecutive; a few are far away.
         let lines = (self.lines..).take(count).map(|line| match line % 97 {
             96 => EdgeSource::MAX_NUMBER - line,
             _ => line / 2,
@@ -82,7 +82,7 @@ impl Model {
         assert_eq!(spool.len(), (self.by_ends.len() + between) as u64);
     }
 
-    /// Points that are not where the batch before had them.
+    /// Makes points at other positions than in the batch before.
     fn batch(&self, ranks: &[u64], record: impl Fn(u64) -> u64) -> PointBatch {
         let position = |(rank, at): (&u64, usize)| match rank % 4 {
             0 => Point::new(-0.0, *rank as f64),
@@ -114,7 +114,7 @@ impl Model {
             z.extend_from_slice(&batch.z);
             z.resize(z.len() + batch.len() - batch.z.len(), 0.0);
         }
-        // Those that came without z have none.
+        // Segments that came without z have none.
         let z: Vec<f64> = z.into_iter().map(|z| if z.is_nan() { 0.0 } else { z }).collect();
         assert_eq!(z, self.z.as_flattened());
         assert_eq!(batches.iter().any(|batch| !batch.z.is_empty()), self.has_z);
@@ -141,7 +141,8 @@ impl Model {
         }
     }
 
-    /// All that have a length, or the first one with an end that is missing, and its record.
+    /// Returns all segments of nonzero length, or the first segment with a missing end, and its
+    /// record.
     fn segments(&self) -> Result<Vec<Segment>, (u64, u64)> {
         let mut all = self.by_ends.clone();
         for ((records, ends, source), number) in self.between.iter().zip(0..) {
@@ -161,7 +162,7 @@ fn bits(points: &[Point]) -> Vec<[u64; 2]> {
     points.iter().map(|p| [p.x.to_bits(), p.y.to_bits()]).collect()
 }
 
-/// How many records there are.
+/// Number of records.
 const RANKS: u64 = 60;
 
 fn kind() -> impl Strategy<Value = LineKind> {
@@ -184,7 +185,8 @@ fn step() -> impl Strategy<Value = SpoolStep> {
     ]
 }
 
-/// Record numbers: close to each other, beyond 32 bits, too far apart for a word, from one end to the other.
+/// Returns the record number of a rank. The numberings are close together, beyond 32 bits, too far
+/// apart for a word, from one end of the range to the other, and descending.
 fn record(numbering: usize, rank: u64) -> u64 {
     match numbering {
         0 => rank,
@@ -219,7 +221,7 @@ proptest! {
     }
 }
 
-/// Segments between all records at a distance, and the points in batches.
+/// Adds segments between distant records. Returns the points in batches.
 fn long_chain(spool: &mut SegmentSpool, records: u64) -> Vec<PointBatch> {
     for first in (0..records).step_by(500) {
         let pairs: Vec<[u64; 2]> = (first..first + 500).map(|a| [a, (a * 7919 + 13) % records]).collect();
@@ -261,7 +263,7 @@ fn memory_is_bounded_and_told() {
         let mut next = 0;
         let given = spool.for_each_chunk(|segments| {
             for segment in segments {
-                // One in between may join a point with itself.
+                // A segment in between may join a point with itself.
                 while (next * 7919 + 13) % RECORDS == next {
                     next += 1;
                 }
@@ -346,7 +348,7 @@ fn bad_input_is_refused_and_not_taken() {
     assert_eq!(spool.len(), 3);
 }
 
-/// Turns a bit of a file.
+/// Flips a bit of a file.
 fn damage(file: &std::fs::File, at: u64) {
     let mut byte = [0];
     file.read_exact_at(&mut byte, at).unwrap();
@@ -392,7 +394,7 @@ fn damaged_chunks_are_found() {
                     found[usize::from(is_early)] += 1;
                 }
                 Err(other) => panic!("{other}"),
-                // Pairs are not read again once points were seen.
+                // Pairs are not read again once their points were seen.
                 Ok(all) => assert!(!is_early && all == right, "at {at}"),
             }
         }
