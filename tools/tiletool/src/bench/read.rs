@@ -33,9 +33,10 @@ const RANDOM_DEPTH: usize = 32;
 /// Each tile's checksum is verified and its content decoded. Use a file larger than the device's
 /// own cache: 4 GiB or more.
 ///
-/// For comparison, blocks of 1 MiB of the same file are read alternately with direct I/O, which
-/// bypasses the page cache, 1 to 32 at a time: this is the speed of the device for a program that
-/// does nothing else. The blocks are also read into huge pages, which may be faster.
+/// For comparison, and alternately with the tiles, blocks of 1 MiB of the same file are read with
+/// direct I/O, which bypasses the page cache, 1 to 32 at a time: this is the speed of the device
+/// for a program that does nothing else. The blocks are also read into huge pages, which may be
+/// faster.
 ///
 /// Before each run, the file is dropped from the page cache; root also drops all other caches. The
 /// results are medians of several rounds. 1 GB is 10^9 bytes.

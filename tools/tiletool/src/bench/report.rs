@@ -52,7 +52,8 @@ pub struct BackendRates {
     pub cpu_seconds: f64,
     /// Processor time divided by elapsed time.
     pub cores_busy: f64,
-    /// The rate of a second run at once, with the page cache as the first run left it.
+    /// The rate of a second run immediately after the first, with the page cache that the first one
+    /// left.
     pub warm_gb_per_s: f64,
     /// The rate of that run per second of processor time.
     pub warm_gb_per_cpu_second: f64,

@@ -67,8 +67,8 @@ pub struct BuildArgs {
     /// In-core triangulation engine; all engines give the same triangles
     #[arg(long, value_name = "native|spade", default_value_t = EngineKind::default())]
     engine: EngineKind,
-    /// Which of several points at one position to keep: first, lowest or highest; or error to
-    /// reject them
+    /// Which of several points at one position to keep: first, lowest or highest; 'error' rejects
+    /// them
     #[arg(long, value_name = "first|lowest|highest|error", default_value_t = Duplicates::First)]
     duplicates: Duplicates,
     /// Folder for spilled data [default: a folder beside the output]

@@ -10,7 +10,7 @@ pub struct MissingZArgs {
     /// How to treat vertices without z where other vertices have z: error or zero
     ///
     /// This concerns points, ends of lines, crossing points and sites without z, unless a vertex
-    /// with z is at the same position. error names the first one. zero gives them z = 0.
+    /// with z is at the same position. 'error' names the first one. 'zero' gives them z = 0.
     #[arg(
         long,
         value_name = "error|zero",
@@ -35,7 +35,7 @@ impl MissingZArgs {
 pub struct LineRules {
     /// How to treat lines that cross: error or split
     ///
-    /// error names the first ten pairs. split makes a vertex of each crossing point.
+    /// 'error' names the first ten pairs. 'split' makes a vertex of each crossing point.
     #[arg(
         long,
         value_name = "error|split",
@@ -46,8 +46,8 @@ pub struct LineRules {
     pub crossings: Crossings,
     /// Whether to add vertices on lines: never or borders
     ///
-    /// borders adds a vertex where a line crosses a border of the cells that points are spilled to.
-    /// Only this option makes the triangles depend on --memory.
+    /// 'borders' adds a vertex where a line crosses a border of the cells that points are spilled
+    /// to. Only this option makes the triangles depend on --memory.
     #[arg(
         long,
         value_name = "never|borders",
@@ -56,7 +56,7 @@ pub struct LineRules {
         value_parser = choice([("never", Steiner::Never), ("borders", Steiner::Borders)])
     )]
     pub steiner: Steiner,
-    /// How to treat the area outside all lines, up to the convex hull: keep, or make it a hole
+    /// Whether to keep the area outside all lines, up to the convex hull, or to make it a hole
     #[arg(
         long = "exterior",
         value_name = "keep|hole",

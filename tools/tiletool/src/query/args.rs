@@ -39,9 +39,9 @@ pub struct WayArgs {
 pub struct ModeArgs {
     /// Accuracy of distances: exact, fast, or within:TOLERANCE
     ///
-    /// fast returns a path along edges of the triangulation, shortened within the triangles that it
-    /// passes, with a lower and an upper bound of the distance. within:0.05 returns an upper bound
-    /// of at most 1.05 times the lower bound.
+    /// 'fast' returns a path along edges of the triangulation, shortened within the triangles that
+    /// it passes, with a lower and an upper bound of the distance. 'within:0.05' returns an upper
+    /// bound of at most 1.05 times the lower bound.
     #[arg(long, value_name = "MODE", default_value = "exact")]
     pub mode: Mode,
 }
