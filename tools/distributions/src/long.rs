@@ -5,13 +5,19 @@
 //! 1], and no two of them meet.
 //!
 //! ```text
-//!   1 +-------------+     Segment i lies on the line from (0, F(s)) to (1, G(t)) with s and t random in the i-th of m
-//!     | -----_______|     parts of [0, 1]. F and G rise, so two lines have the same order on the left as on the right,
-//!     | ---________ |     and do not cross between. F(t) = t + a·t·(1 - t) with a in ±[0.4, 0.9], and G has the other
-//!     |  _____------|     sign: segments are bundled at the top on one side and at the bottom on the other, and their
-//!     |_____--------|     slopes are up to ±0.45, different for every one.
+//!   1 +-------------+
+//!     | -----_______|
+//!     | ---________ |
+//!     |  _____------|
+//!     |_____--------|
 //!   0 +-------------+
 //! ```
+//!
+//! Segment i is on the line from (0, F(s)) to (1, G(t)) with s and t random in the i-th of m parts
+//! of [0, 1]. F and G increase, so two lines have the same order on the left as on the right, and
+//! do not cross between. F(t) = t + a·t·(1 - t) with a in ±[0.4, 0.9], and G has the other sign:
+//! segments are bundled at the top on one side and at the bottom on the other, and their slopes are
+//! up to ±0.45, different for every one.
 //!
 //! s and t keep 1/16 of their part's width away from its ends, and F' >= 0.1. So even for 2^31
 //! segments the gap is 5e-12, far more than the rounding of the ends.

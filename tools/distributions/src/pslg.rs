@@ -23,9 +23,10 @@
 //!       \_/   \_/                \_/   \_/
 //! ```
 //!
-//!   so three points are drawn again until all three segments keep away from the inner circle. This depends on neither
-//!   α nor the segments, and makes the mass of a cell a little thinner at its inner arc. With the thousands of cells that
-//!   measurements have it is rare: chords sag by the square of a sector's angle.
+//!   So three points are drawn again until all three segments avoid the inner circle. This depends
+//!   on neither α nor the segments, and makes the mass of a cell slightly smaller at its inner arc.
+//!   With the thousands of cells of a measurement it is rare: chords sag by the square of a
+//!   sector's angle.
 //!
 //! Points keep 2^-20 of a cell's width away from its boundary, far more than any rounding, so all
 //! of this holds for the rounded coordinates. Cells are visited in pseudo-random order; the three

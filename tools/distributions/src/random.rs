@@ -100,8 +100,8 @@ pub(crate) fn cos_sin(turns: f64) -> [f64; 2] {
     let a = (fraction - quadrant / 4.0) * std::f64::consts::TAU;
     let a2 = a * a;
     let (mut cos, mut sin) = (1.0, 1.0);
-    // Horner: cos = 1 - a²/(1·2) (1 - a²/(3·4) (1 - …)), sin/a = 1 - a²/(2·3) (1 - a²/(4·5) (1 -
-    // …))
+    // Horner: cos = 1 - a²/(1·2) (1 - a²/(3·4) (1 - …)),
+    // sin/a = 1 - a²/(2·3) (1 - a²/(4·5) (1 - …))
     let mut k = 17.0;
     while k > 0.0 {
         cos = 1.0 - a2 * cos * (1.0 / (k * (k + 1.0)));

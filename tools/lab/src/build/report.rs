@@ -1,4 +1,4 @@
-//! The page about builds: tables of medians, charts, and the figures that others have published.
+//! The page about builds: tables of medians, charts, and published figures of others.
 
 use distributions::Kind;
 
@@ -8,7 +8,7 @@ use crate::folder::Folder;
 use crate::machine;
 use crate::peer::Peer;
 use crate::pictures::Pictures;
-use crate::plot::chart::{Chart, Dimension, Line};
+use crate::plot::chart::{Chart, ChartLine, Dimension};
 use crate::table::{Cell, Column, Table};
 use limited::Ended;
 use tiletool::common;
@@ -40,16 +40,16 @@ struct Page<'a> {
     text: String,
 }
 
-/// What a line of a chart shows of a process.
+/// The value of a process that a line of a chart shows.
 type Value = fn(&Record) -> Option<f64>;
 
-/// A part of what our builds do, and its name.
-type Part = (&'static str, Value);
+/// A quantity of our builds, with its name.
+type Quantity = (&'static str, Value);
 
-const TIMES: [Part; 2] = [("CPU", Record::cpu), ("waited", Record::waited)];
-const BYTES: [Part; 2] = [("read", read), ("written", written)];
-/// What goes up from the tiles, and what it is counted in.
-const SHARES: [Part; 2] = [("seam", seam), ("held", held)];
+const TIMES: [Quantity; 2] = [("CPU", Record::cpu), ("waited", Record::waited)];
+const BYTES: [Quantity; 2] = [("read", read), ("written", written)];
+/// The quantities that go up from the tiles, and their unit.
+const SHARES: [Quantity; 2] = [("seam", seam), ("held", held)];
 const SHARE: &str = "% of vertices (seam) or triangles (held)";
 
 const MEBIBYTE: f64 = (1u64 << 20) as f64;
@@ -89,7 +89,7 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// What is told of both, against the share of segments or the number of points.
+    /// Returns the columns about both, by the share of segments or by the number of points.
     fn columns(is_by_alpha: bool) -> [Column<Self>; 15] {
         let varies: Column<Self> = match is_by_alpha {
             true => ("α", |p| Cell::number(p.ours.data.alpha, 1)),
@@ -147,7 +147,7 @@ impl Page<'_> {
         );
     }
 
-    /// Against the number of points: Figures 3.12 and 3.15 of the thesis.
+    /// Shows results by the number of points: Figures 3.12 and 3.15 of the thesis.
     fn by_size(&mut self, alpha: Option<f64>) -> anyhow::Result<()> {
         let (stem, short, what) = match alpha {
             None => ("dt", "DT".to_owned(), "Delaunay triangulation".to_owned()),
@@ -170,7 +170,7 @@ impl Page<'_> {
     fn charts_by_size(&mut self, data: &[Vec<Data>], stem: &str, of: &str, has_segments: bool) -> anyhow::Result<()> {
         let by_points = |data: &Data| data.points as f64;
         let times = self.lines(data, seconds, by_points);
-        let ours = |parts: &[Part]| self.lines_of_ours(data, parts, by_points);
+        let ours = |parts: &[Quantity]| self.lines_of_ours(data, parts, by_points);
         let memory = self.lines(&data[..1], peak, by_points);
         let shares = if has_segments { &SHARES[..] } else { &SHARES[..1] };
         let [linear, log]: [fn(&str) -> Dimension; 2] = [Dimension::from_zero, Dimension::logarithmic];
@@ -211,7 +211,7 @@ impl Page<'_> {
         }
     }
 
-    /// Against the share of segments: Figure 3.16 of the thesis.
+    /// Shows results by the share of segments: Figure 3.16 of the thesis.
     fn by_alpha(&mut self) -> anyhow::Result<()> {
         let points = self.measured.plan.alpha_size;
         let title = format!("{} points, against the share of segments α", common::thousands(points));
@@ -236,7 +236,7 @@ impl Page<'_> {
         self.picture("alpha-shares", &format!("What goes up, {title}"), x(), y, shares)
     }
 
-    /// Under a hard limit, where those who work in memory are ended.
+    /// Shows results under a hard limit, which ends the engines that work in memory.
     fn limited(&mut self) -> anyhow::Result<()> {
         let limit = &self.measured.limit;
         self.text += &format!(
@@ -280,7 +280,7 @@ impl Page<'_> {
                 .filter(|data| data.alpha.is_none())
                 .filter_map(|data| median(&self.measured.records, engine, data, Some(limit.bytes)));
             let (done, ended): (Vec<_>, Vec<_>) = records.partition(|record| record.is_done());
-            Line {
+            ChartLine {
                 name: engine.name().to_owned(),
                 colour,
                 is_dashed: false,
@@ -295,7 +295,7 @@ impl Page<'_> {
         self.picture("limit", &title, x, y, lines)
     }
 
-    /// What others have published.
+    /// Shows published results of others.
     fn published(&mut self) {
         let mut table = Table::new(["who", "points", "minutes", "points/s", "memory", "on"]);
         table.push([
@@ -347,7 +347,7 @@ impl Page<'_> {
         }
     }
 
-    /// Those of which there is anything, ours first.
+    /// Returns the engines that have records, ours first.
     fn engines(&self) -> Vec<Engine> {
         let mut engines = Vec::new();
         for record in &self.measured.records {
@@ -358,7 +358,7 @@ impl Page<'_> {
         engines
     }
 
-    /// Sets of points, one list for each distribution.
+    /// Returns sets of points, one list for each distribution.
     fn of_each_kind(&self, data: impl Fn(Kind) -> Vec<Data>) -> Vec<Vec<Data>> {
         self.measured.plan.kinds.iter().map(|&kind| data(kind)).collect()
     }
@@ -367,13 +367,13 @@ impl Page<'_> {
         median(&self.measured.records, engine, data, None)
     }
 
-    /// What is known of each set of points, against their number or the share of segments.
+    /// Returns a table of the sets of points, by their number or by the share of segments.
     fn table<'d>(&self, data: impl Iterator<Item = &'d Data>, is_by_alpha: bool) -> String {
         let pairs: Vec<_> = data.filter_map(|one| self.pair(one)).collect();
         Table::of(&Pair::columns(is_by_alpha), &pairs).markdown()
     }
 
-    /// Our build of a set of points, and spade's.
+    /// Returns our build of a set of points, and spade's.
     fn pair(&self, data: &Data) -> Option<Pair<'_>> {
         let spade = self.median(Engine::Peer(Peer::Spade), data);
         Some(Pair {
@@ -382,36 +382,38 @@ impl Page<'_> {
         })
     }
 
-    /// The exponent with which time grows from the first to the last.
+    /// Returns the exponent with which time grows from the first set to the last.
     fn growth(&self, engine: Engine, data: &[Data]) -> Option<f64> {
         let [first, last] = [data.first()?, data.last()?];
         let [a, b] = [self.median(engine, first)?, self.median(engine, last)?];
-        let is_told = a.is_done() && b.is_done() && first.points < last.points;
+        let is_known = a.is_done() && b.is_done() && first.points < last.points;
         let times = b.took.seconds / a.took.seconds;
-        is_told.then(|| times.ln() / (last.points as f64 / first.points as f64).ln())
+        is_known.then(|| times.ln() / (last.points as f64 / first.points as f64).ln())
     }
 
-    /// A line for each distribution and engine; engines have colours, and but for the first of them dashes.
-    fn lines(&self, data: &[Vec<Data>], value: Value, x: impl Fn(&Data) -> f64 + Copy) -> Vec<Line> {
+    /// Returns a line for each distribution and engine. Distributions have colours; every second
+    /// engine has dashed lines.
+    fn lines(&self, data: &[Vec<Data>], value: Value, x: impl Fn(&Data) -> f64 + Copy) -> Vec<ChartLine> {
         let mut lines = Vec::new();
-        for (place, engine) in self.engines().into_iter().enumerate() {
+        for (index, engine) in self.engines().into_iter().enumerate() {
             for (colour, data) in data.iter().enumerate() {
                 let Some(first) = data.first() else { continue };
                 let name = format!("{}, {}", engine.name(), first.kind);
-                lines.push(self.line(name, engine, (colour + 3 * (place / 2), place % 2 > 0), data, value, x));
+                lines.push(self.line(name, engine, (colour + 3 * (index / 2), index % 2 > 0), data, value, x));
             }
         }
         lines
     }
 
-    /// A line for each part of our builds and each distribution; but for the first part they have dashes.
-    fn lines_of_ours(&self, data: &[Vec<Data>], parts: &[Part], x: impl Fn(&Data) -> f64 + Copy) -> Vec<Line> {
+    /// Returns a line for each quantity of our builds and each distribution. All quantities but the
+    /// first have dashed lines.
+    fn lines_of_ours(&self, data: &[Vec<Data>], parts: &[Quantity], x: impl Fn(&Data) -> f64 + Copy) -> Vec<ChartLine> {
         let mut lines = Vec::new();
-        for (place, &(part, value)) in parts.iter().enumerate() {
+        for (index, &(part, value)) in parts.iter().enumerate() {
             for (colour, data) in data.iter().enumerate() {
                 let Some(first) = data.first() else { continue };
                 let name = format!("{part}, {}", first.kind);
-                lines.push(self.line(name, Engine::Ours, (colour, place > 0), data, value, x));
+                lines.push(self.line(name, Engine::Ours, (colour, index > 0), data, value, x));
             }
         }
         lines
@@ -425,10 +427,10 @@ impl Page<'_> {
         data: &[Data],
         value: Value,
         x: impl Fn(&Data) -> f64,
-    ) -> Line {
+    ) -> ChartLine {
         let records = data.iter().filter_map(|one| Some((x(one), self.median(engine, one)?)));
         let (done, ended): (Vec<_>, Vec<_>) = records.partition(|(_, record)| record.is_done());
-        Line {
+        ChartLine {
             name,
             colour,
             is_dashed,
@@ -440,8 +442,15 @@ impl Page<'_> {
         }
     }
 
-    /// Keeps a chart and shows it on the page.
-    fn picture(&mut self, stem: &str, title: &str, x: Dimension, y: Dimension, lines: Vec<Line>) -> anyhow::Result<()> {
+    /// Keeps a chart, and shows it on the page.
+    fn picture(
+        &mut self,
+        stem: &str,
+        title: &str,
+        x: Dimension,
+        y: Dimension,
+        lines: Vec<ChartLine>,
+    ) -> anyhow::Result<()> {
         let chart = Chart {
             title: title.to_owned(),
             subtitle: format!(
