@@ -1,9 +1,9 @@
-//! How the tiles of a file contradict themselves or each other.
+//! Contradictions within the tiles of a file, or between them.
 
 use crate::geometry::VertexIndex;
 use crate::mesh::EndlessWalk;
 
-/// What is wrong with a tile that an edit cannot work with.
+/// The reason why an edit cannot work with a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum Contradiction {
     #[error("it has no vertices")]

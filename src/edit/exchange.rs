@@ -1,10 +1,10 @@
-//! Puts a patch into the tiles that have triangles of it.
+//! Exchange of the triangles of a patch in the tiles that have some of them.
 
 use crate::edit::error::EditError;
 use crate::edit::patch::Patch;
 use crate::edit::tiles::Tiles;
 
-/// Puts the new triangles in the place of the old ones, in all tiles that have some of them.
+/// Replaces the old triangles by the new ones, in all tiles that have some of them.
 pub(crate) fn exchange(patch: &mut Patch, tiles: &mut Tiles) -> Result<(), EditError> {
     let mut positions = patch.share_out();
     let mut unlinked = Vec::new();
@@ -16,7 +16,7 @@ pub(crate) fn exchange(patch: &mut Patch, tiles: &mut Tiles) -> Result<(), EditE
         positions.clear(share);
     }
     patch.positions = positions;
-    // Edges between two vertices of other tiles: these know what lies across.
+    // Edges between two vertices of other tiles: these tiles know the twin.
     for (id, unlinked_one) in unlinked {
         let [from, to, _] = unlinked_one;
         let other = tiles.get(from.tile)?;

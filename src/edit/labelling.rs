@@ -1,4 +1,5 @@
-//! Finds the regions of a file that was edited, and writes the tiles that say of which region their triangles are.
+//! Search for the regions of an edited file, and writing of the tiles that store their triangles'
+//! regions.
 
 use crate::edit::error::EditError;
 use crate::edit::regions::{RegionJoin, RegionLabels, TileParts};
@@ -7,7 +8,7 @@ use crate::edit::tiles::{TileWithParts, Tiles};
 use crate::memory::EditShares;
 use crate::store::TileId;
 
-/// Joins what lies side by side in all tiles. Returns also how many constraint edges there are.
+/// Joins adjacent parts in all tiles. Also returns the number of constraint edges.
 pub(crate) fn join(
     tiles: &mut Tiles,
     memory: u64,
@@ -27,7 +28,8 @@ pub(crate) fn join(
     Ok((joining.finish(&metadata)?, constraint_edges))
 }
 
-/// Writes all tiles that were changed, and those in which a region changed. Returns how many triangles are in holes.
+/// Writes all tiles that were changed, and those in which a region changed. Returns the number of
+/// triangles in holes.
 pub(crate) fn label(tiles: &mut Tiles, labels: RegionLabels, is_stopped: &dyn Fn() -> bool) -> Result<u64, EditError> {
     tiles.label(labels)?;
     let mut in_holes = 0;
@@ -43,7 +45,7 @@ pub(crate) fn label(tiles: &mut Tiles, labels: RegionLabels, is_stopped: &dyn Fn
         if !tiles.is_changed(id) {
             let edit = EditTile::of(&tile);
             let parts = TileParts::of(&edit);
-            // The places of a tile that is not changed are its triangles.
+            // In an unchanged tile, triangles have the same numbers as in the file.
             let is_same = tiles.labels().is_none_or(|labels| {
                 let label = |triangle| labels.of(id, &parts, triangle);
                 tile.triangle_ids()

@@ -1,7 +1,8 @@
-//! Triangles of several tiles that are taken out together, and others in their place.
+//! Triangles of several tiles that are removed together, and the triangles that replace them.
 //!
-//! Corners and sides are numbered within the patch, once for all tiles, and what lies side by side in it is known by these numbers. So a
-//! tile has little to look for: where its old triangles are, unless that was noted when they were found.
+//! Corners and half-edges are numbered within the patch, once for all tiles, and adjacency within
+//! it refers to these numbers. So a tile has little to search for: only its old triangles, unless
+//! their positions were recorded when they were found.
 
 use foldhash::{HashMap, HashMapExt};
 
@@ -9,74 +10,76 @@ use crate::geometry::{HalfEdge, TriangleId};
 use crate::mesh::Twin;
 use crate::store::{TileId, Vertex, VertexId};
 
-/// A patch: triangles on their way out and in. Side s of the triangle at place t is number 3 t + s, of old and of new ones.
+/// A patch: triangles to remove and triangles to add. Half-edge s of triangle t has the number 3 t
+/// + s, among the old as among the new triangles.
 #[derive(Default)]
 pub(crate) struct Patch {
     pub(crate) vertices: Vec<Vertex>,
     numbers: HashMap<VertexId, u32>,
     pub(crate) old: Vec<OldTriangle>,
     pub(crate) new: Vec<NewTriangle>,
-    /// The tiles of the vertices, and the triangles that each of them has, which are those with a corner in it.
+    /// The tiles of the vertices, and the triangles of each tile: those with a corner in it.
     pub(crate) shares: Vec<TileShare>,
-    /// Keeps its memory.
+    /// A buffer, kept for its capacity.
     pub(crate) positions: TilePositions,
 }
 
-/// A triangle on its way out.
+/// A triangle to remove.
 pub(crate) struct OldTriangle {
-    /// Their numbers.
+    /// The numbers of its corners.
     pub(crate) corners: [u32; 3],
-    /// The bits of its sides.
+    /// The bits of its half-edges.
     pub(crate) bits: u8,
-    /// Its first side in a tile that has it. That number is good only until the tile leaves the cache.
+    /// Its first half-edge in a tile that has it. This number is valid only until the tile leaves
+    /// the cache.
     pub(crate) found: (TileId, HalfEdge),
-    /// For each side the new side on the same edge; none inside the patch.
+    /// For each half-edge, the new half-edge on the same edge; `None` inside the patch.
     pub(crate) replacement: [Option<HalfEdge>; 3],
 }
 
-/// A triangle on its way in.
+/// A triangle to add.
 pub(crate) struct NewTriangle {
-    /// Their numbers.
+    /// The numbers of its corners.
     pub(crate) corners: [u32; 3],
-    /// The bits of its sides.
+    /// The bits of its half-edges.
     pub(crate) bits: u8,
-    /// What lies across each side.
+    /// The twin of each half-edge.
     pub(crate) twins: [PatchTwin; 3],
 }
 
-/// What lies across a side of a new triangle.
+/// The twin of a half-edge of a new triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PatchTwin {
-    /// This side of a new triangle.
+    /// This half-edge of a new triangle.
     New(HalfEdge),
-    /// What lay across this side of an old one.
+    /// The former twin of this half-edge of an old triangle.
     Old(HalfEdge),
-    /// The outside, where no old triangle had an edge.
+    /// The outside: no old triangle had this edge.
     Hull,
 }
 
-/// What one tile has of a patch.
+/// The triangles of a patch that one tile has.
 pub(crate) struct TileShare {
     pub(crate) tile: TileId,
     pub(crate) old: Vec<TriangleId>,
     pub(crate) new: Vec<TriangleId>,
 }
 
-/// Where a tile has the triangles of a patch.
+/// The positions in a tile of the triangles of a patch.
 #[derive(Default)]
 pub(crate) struct TilePositions {
-    /// Where each old triangle is, or was.
+    /// The position of each old triangle, before its removal.
     pub(crate) old: Vec<Option<OldPosition>>,
-    /// The place of each new one.
+    /// The position of each new triangle.
     pub(crate) new: Vec<Option<TriangleId>>,
 }
 
-/// Where a tile has an old triangle.
+/// The position of an old triangle in a tile.
 #[derive(Clone, Copy)]
 pub(crate) struct OldPosition {
-    /// Its first side.
+    /// Its first half-edge.
     pub(crate) first: HalfEdge,
-    /// What the tile says of the other side of its three.
+    /// The twins of its three half-edges in the tile.
     pub(crate) twins: [Twin; 3],
 }
 
@@ -88,19 +91,19 @@ impl TilePositions {
         self.new.resize(patch.new.len(), None);
     }
 
-    /// Forgets the tile that it was for.
+    /// Clears the positions of a tile's share.
     pub(crate) fn clear(&mut self, share: &TileShare) {
         share.old.iter().for_each(|&old| self.old[old.index()] = None);
         share.new.iter().for_each(|&new| self.new[new.index()] = None);
     }
 
-    /// What the tile says of the other side of an old half-edge of the patch, if it has its triangle.
+    /// Returns the tile's twin of an old half-edge of the patch, if the tile has its triangle.
     pub(crate) fn twin_of_old(&self, old: HalfEdge) -> Option<Twin> {
         let position = self.old[old.triangle().index()].as_ref()?;
         Some(position.twins[old.corner() as usize])
     }
 
-    /// The tile's half-edge for a new one of the patch, if it has its triangle.
+    /// Returns the tile's half-edge for a new half-edge of the patch, if the tile has its triangle.
     pub(crate) fn half_edge_of_new(&self, new: HalfEdge) -> Option<HalfEdge> {
         let triangle = self.new[new.triangle().index()]?;
         Some(HalfEdge::new(triangle, new.corner()))
@@ -129,7 +132,8 @@ impl OldTriangle {
 }
 
 impl NewTriangle {
-    /// Says what lies across one of its sides, and sets bits of it, which are in the places of a first side.
+    /// Sets the twin of one of its half-edges, and adds bits to that half-edge. `bits` are those of
+    /// a first half-edge.
     pub(crate) fn set(&mut self, half_edge: HalfEdge, twin: PatchTwin, bits: u8) {
         self.twins[half_edge.corner() as usize] = twin;
         self.bits |= bits << half_edge.corner();
@@ -144,7 +148,7 @@ impl Patch {
         self.new.clear();
     }
 
-    /// The number of a vertex, and whether it is a new one.
+    /// Returns the number of a vertex, and whether the vertex is new to the patch.
     pub(crate) fn number(&mut self, vertex: Vertex) -> (u32, bool) {
         let next = self.vertices.len() as u32;
         let number = *self.numbers.entry(vertex.id).or_insert(next);
@@ -158,7 +162,8 @@ impl Patch {
         corners.map(|corner| self.vertices[corner as usize].id)
     }
 
-    /// Finds out which new half-edge follows each old one, which tile has which triangles; and gives the seats for them.
+    /// Finds the new half-edge that replaces each old one, and the triangles of each tile. Returns
+    /// the buffer for their positions.
     pub(crate) fn share_out(&mut self) -> TilePositions {
         self.find_replacements();
         self.find_shares();
@@ -177,14 +182,14 @@ impl Patch {
         }
     }
 
-    /// Finds out which tile has which triangles.
+    /// Finds the triangles of each tile.
     fn find_shares(&mut self) {
         let mut shares: Vec<TileShare> = Vec::new();
         let mut share_of: HashMap<TileId, usize> = HashMap::new();
         let mut of_vertex: Vec<usize> = Vec::with_capacity(self.vertices.len());
         for vertex in &self.vertices {
             let tile = vertex.id.tile;
-            // Mostly that of the vertex before.
+            // Usually the share of the vertex before.
             let last = of_vertex.last().copied().filter(|&share| shares[share].tile == tile);
             let share = last.unwrap_or_else(|| {
                 *share_of.entry(tile).or_insert_with(|| {

@@ -1,11 +1,13 @@
-//! The regions of a file that was edited: all tiles are passed over, and what lies side by side is joined.
+//! The regions of an edited file: a pass over all tiles joins adjacent triangles.
 //!
-//! In: the tiles, in order, twice. Out: of each triangle its region, by how many obstacles it is covered, and whether it is in a
-//! hole. As in a [build](crate::pipeline::finish::regions), but here the nodes that are joined are the parts of a tile that no constraint
-//! passes through. A triangle that stands in several tiles joins parts of these; it is remembered until the last one has come.
+//! In: the tiles, in order, twice. Out: for each triangle its region, the number of obstacles that
+//! cover it, and whether it is in a hole. This works as in a
+//! [build](crate::pipeline::finish::regions), but here the nodes that are joined are the parts of a
+//! tile that no constraint passes through. A triangle that several tiles store joins parts of these
+//! tiles. It is remembered until the last of them has come.
 //!
-//! Regions keep the numbers that they had, as far as these are still free, so that tiles that nothing has happened to need not
-//! be written again.
+//! Regions keep their former numbers as far as these are still free. So tiles that are not affected
+//! need not be written again.
 
 use foldhash::{HashMap, HashMapExt};
 
@@ -17,17 +19,17 @@ use crate::geometry::{HalfEdge, TriangleId};
 use crate::mesh::{Topology, Twin};
 use crate::store::{Component, EdgeSource, Metadata, Tile, TileId, VertexId};
 
-/// In place of a region's number: it had none.
+/// The number of a region that had none.
 const NEW: u64 = u64::MAX;
 
-/// The parts of a tile: for each place of a triangle its part, and how many there are.
+/// The parts of a tile: the part of each triangle, and the number of parts.
 pub(crate) struct TileParts {
     of_triangles: Vec<u32>,
     count: u32,
 }
 
 impl TileParts {
-    /// Finds them. They are numbered by their first triangles.
+    /// Finds the parts of a tile. They are numbered by their first triangles.
     pub(crate) fn of(tile: &EditTile) -> Self {
         let (order, _) = tile.in_order();
         let triangle_count = tile.triangle_count();
@@ -43,7 +45,7 @@ impl TileParts {
             }
         }
         let mut this = Self {
-            // Of places without a triangle it says nothing.
+            // Entries of removed triangles mean nothing.
             of_triangles: vec![0; triangle_count as usize],
             count: 0,
         };
@@ -58,26 +60,27 @@ impl TileParts {
     }
 }
 
-/// What is known of a region so far.
+/// The known properties of a region.
 #[derive(Clone, Copy, Default)]
 struct RegionMarks {
-    /// Whether it may lie in several tiles.
+    /// Whether it may extend over several tiles.
     is_spanning: bool,
     is_seeded: bool,
     reaches_hull: bool,
 }
 
-/// Joins parts: takes all tiles in order.
+/// The join of parts, which takes all tiles in order.
 pub(crate) struct RegionJoin {
-    /// The outside is number 0.
+    /// Node 0 is the outside.
     regions: UnionFind,
     depths: WeightedUnionFind,
     marks: Vec<RegionMarks>,
-    /// The number that each part's region had, or [`NEW`].
+    /// The former region number of each part, or [`NEW`].
     previous: Vec<u64>,
     /// The first part of each tile.
     first: Vec<u32>,
-    /// Triangles of several tiles that some have not come of: a part of theirs, and how many tiles are left.
+    /// Triangles of several tiles some of which have not come: one of their parts, and the number
+    /// of tiles that are left.
     waiting: HashMap<[VertexId; 3], (u32, u8)>,
     seeds: Seeds,
     rules: HoleRules,
@@ -85,7 +88,7 @@ pub(crate) struct RegionJoin {
 }
 
 impl RegionJoin {
-    /// Bytes that each part takes.
+    /// Bytes of memory of each part.
     pub(crate) const BYTES: u64 = 32;
 
     pub(crate) fn new(metadata: &Metadata) -> Self {
@@ -105,14 +108,14 @@ impl RegionJoin {
         }
     }
 
-    /// Bytes that it takes in memory.
+    /// Returns the bytes of memory that it takes.
     pub(crate) fn byte_size(&self) -> u64 {
         self.marks.len() as u64 * Self::BYTES + 64 * self.waiting.len() as u64
     }
 
-    /// Takes the next tile; `before` is the tile as it was, if it is not changed.
+    /// Adds the next tile. `before` is the tile in the file, if it is unchanged.
     ///
-    /// An error is a ring that does not close: the line of an edge of it.
+    /// Returns an error if a ring does not close, with the line of one of its edges.
     pub(crate) fn take(&mut self, tile: &EditTile, parts: &TileParts, before: Option<&Tile>) -> Result<(), EditError> {
         let first = self.marks.len() as u32;
         self.first.push(first);
@@ -126,7 +129,7 @@ impl RegionJoin {
         let node = |triangle: TriangleId| first + parts.of_triangles[triangle.index()];
         let (order, core_count) = tile.in_order();
         if let Some(before) = before {
-            // The places of a tile that is not changed are its triangles.
+            // In an unchanged tile, triangles have the same numbers as in the file.
             for &triangle in &order {
                 let previous = &mut self.previous[node(triangle) as usize];
                 *previous = (*previous).min(before.region(triangle));
@@ -140,7 +143,7 @@ impl RegionJoin {
             for half_edge in HalfEdge::of_triangle(triangle) {
                 if tile.twin(half_edge) == Twin::Hull && !tile.is_constraint(half_edge) {
                     self.marks[node(triangle) as usize].reaches_hull = true;
-                    // Where nothing parts them, the region is as deep as the outside.
+                    // Without a constraint in between, the region is as deep as the outside.
                     self.deepen([node(triangle), 0], 0, None)?;
                 }
             }
@@ -150,7 +153,7 @@ impl RegionJoin {
             let left = node(half_edge.triangle());
             let twin = tile.twin(half_edge).half_edge();
             let right = twin.map_or(0, |twin| node(twin.triangle()));
-            // They are as seen from the smaller corner.
+            // Sources are seen from the smaller corner.
             let is_against = tile.origin(half_edge) > tile.destination(half_edge);
             let change: i32 = sources.iter().map(|source| source.depth_change()).sum();
             self.deepen(
@@ -171,7 +174,7 @@ impl RegionJoin {
         })
     }
 
-    /// Joins the parts of several tiles that a triangle of theirs is of.
+    /// Joins the parts of several tiles that have a triangle in common.
     fn join_across_tiles(&mut self, tile: &EditTile, triangle: TriangleId, node: u32) {
         let (corners, _) = tile.triangle(HalfEdge::new(triangle, 0));
         let mut ids = corners.map(|vertex| vertex.id);
@@ -191,7 +194,7 @@ impl RegionJoin {
             self.waiting.remove(&ids);
         }
         self.regions.union(node, other);
-        // They are parts of one region.
+        // Both are parts of one region.
         self.depths.union(node, other, 0);
     }
 
@@ -207,7 +210,8 @@ impl RegionJoin {
         }
     }
 
-    /// RegionNumbers the regions, of which there were so many, and so many that might lie in several tiles.
+    /// Numbers the regions. `metadata` has the former number of regions that might extend over
+    /// several tiles.
     pub(crate) fn finish(mut self, metadata: &Metadata) -> Result<RegionLabels, EditError> {
         if !self.waiting.is_empty() {
             return Err(EditError::Internal(
@@ -258,7 +262,8 @@ struct RegionNumbers {
     spanning: u64,
 }
 
-/// RegionNumbers regions: those that may lie in several tiles first; each keeps the number that it had, where that can be.
+/// Numbers regions. Those that may extend over several tiles get the first numbers. Each region
+/// keeps its former number where possible.
 fn number_regions(roots: &[u32], marks: &[RegionMarks], previous: &[u64], metadata: &Metadata) -> RegionNumbers {
     let count = roots.len() as u64;
     let spanning_now = roots.iter().filter(|&&root| marks[root as usize].is_spanning).count() as u64;
@@ -273,7 +278,8 @@ fn number_regions(roots: &[u32], marks: &[RegionMarks], previous: &[u64], metada
             *number = Some(wanted);
         }
     }
-    // Those that span take what is free first; it must be among the first numbers, from which others may have to go.
+    // Spanning regions take free numbers first. Theirs must be among the first numbers, so other
+    // regions may have to give these up.
     let mut low = 0;
     let mut displaced = Vec::new();
     let mut holder: HashMap<u64, usize> = HashMap::new();
@@ -311,7 +317,7 @@ fn number_regions(roots: &[u32], marks: &[RegionMarks], previous: &[u64], metada
     }
 }
 
-/// What is true of the regions of all triangles.
+/// The properties of the regions of all triangles.
 pub(crate) struct RegionLabels {
     first: Vec<u32>,
     of_parts: Vec<Component>,
@@ -321,7 +327,7 @@ pub(crate) struct RegionLabels {
 }
 
 impl RegionLabels {
-    /// Of a triangle of a tile.
+    /// Returns the properties of the region of a triangle.
     pub(crate) fn of(&self, tile: TileId, parts: &TileParts, triangle: TriangleId) -> Component {
         let node = self.first[tile.0 as usize] + parts.of_triangles[triangle.index()];
         self.of_parts[node as usize]

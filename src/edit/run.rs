@@ -1,4 +1,4 @@
-//! An edit from its beginning to its end: vertices, pieces, regions, the directory.
+//! An edit from start to end: vertices, segments, regions, the directory.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -35,7 +35,7 @@ pub(crate) async fn edit(
     let path = target.path.clone();
     let task = move || {
         let is_stopped = || stopped.load(Ordering::Relaxed) || is_cancelled();
-        // If nobody waits for the answer any more, nobody needs it.
+        // If the receiver is gone, the result is not needed.
         let _ = reply.send(edit_here(target, &work, memory, &is_stopped, runtime));
     };
     start_thread("tile-edit", task).map_err(|error| EditError::io(&path, "start a thread to edit", error))?;
@@ -43,7 +43,7 @@ pub(crate) async fn edit(
     done.await.map_err(gone)?
 }
 
-/// Stops the thread when nobody waits for it any more.
+/// Stops the thread when nothing waits for its result any more.
 struct StopOnDrop(Arc<AtomicBool>);
 
 impl Drop for StopOnDrop {
@@ -116,8 +116,8 @@ fn insert(
     Ok(inserter)
 }
 
-/// Puts segments in the order of a space-filling curve, so that those that cross the same tiles come together; these are the vertices at
-/// their ends.
+/// Returns segments in the order of a space-filling curve, so that segments that cross the same
+/// tiles come together. `ends` has the vertices at their ends.
 fn in_curve_order(segments: &[Segment], ends: &[Vertex]) -> impl Iterator<Item = LocatedSegment> {
     let middle = |Segment { ends: [a, b], .. }: &Segment| Point::new((a.x + b.x) / 2.0, (a.y + b.y) / 2.0);
     let square = MortonSquare::around(Rect::around(segments.iter().map(middle)));
@@ -131,10 +131,10 @@ fn in_curve_order(segments: &[Segment], ends: &[Vertex]) -> impl Iterator<Item =
     })
 }
 
-/// What changes in the directory of a file, beside its tiles.
+/// The changes of a file's directory, besides its tiles.
 #[derive(Clone, Copy)]
 struct EditTotals {
-    /// Vertices that are new.
+    /// Number of new vertices.
     vertices: u64,
     constraint_edges: u64,
     regions: u64,
@@ -143,7 +143,7 @@ struct EditTotals {
     hole_triangles: u64,
 }
 
-/// Enters an edit in the directory, whose tiles are as they are now.
+/// Enters an edit in the directory, whose tiles are up to date.
 fn enter(directory: &mut Directory, work: &Work, totals: EditTotals) {
     let tiles = &directory.tiles;
     let before = std::mem::take(&mut directory.metadata);

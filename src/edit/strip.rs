@@ -1,8 +1,9 @@
-//! Inserts a piece into the tiles that it crosses.
+//! Insertion of a segment into the tiles that it crosses.
 //!
-//! The piece is followed from one vertex to the next on it, from tile to tile. The triangles that it crosses, a *strip*, are all
-//! that changes (Wu, Lemma 3.3.6); they are triangulated anew by themselves as in core, and each tile with a vertex of theirs
-//! takes the old ones out and the new ones in.
+//! The segment is followed from one vertex on it to the next, from tile to tile. Only the triangles
+//! that it crosses, a *strip*, change (Wu, Lemma 3.3.6). They are triangulated anew by themselves,
+//! as in core. Each tile with a vertex of the strip removes the old triangles and adds the new
+//! ones.
 
 use foldhash::{HashMap, HashMapExt};
 
@@ -17,22 +18,22 @@ use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 use crate::mesh::{Cavity, Topology, WALLS};
 use crate::store::{EdgeSource, Vertex, VertexId};
 
-/// A part of a line between two vertices of the file, to become constraint edges.
+/// A segment between two vertices of the file, to become constraint edges.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LocatedSegment {
     pub(crate) ends: [Vertex; 2],
     pub(crate) source: EdgeSource,
 }
 
-/// Where a line has come from a vertex.
+/// The way from a vertex to the next vertex on a line.
 enum Reached {
-    /// Along an edge, of these triangles, to the next vertex.
+    /// Along an edge, of these triangles, to this vertex.
     Along(Vertex, Vec<[VertexId; 3]>),
     /// Through the triangles of the strip, to this vertex.
     Through(Vertex),
 }
 
-/// How a line leaves a vertex.
+/// The direction in which a line leaves a vertex.
 enum Leaving {
     /// Along the edge of this half-edge, to the next vertex.
     Along(HalfEdge, Vertex),
@@ -40,32 +41,32 @@ enum Leaving {
     Into(HalfEdge),
 }
 
-/// Inserts pieces. Keeps its memory from one to the next.
+/// An inserter of segments, which reuses its buffers.
 #[derive(Default)]
 pub(crate) struct SegmentInserter {
     cavity: Cavity,
-    /// The triangles that a piece crosses, in order.
+    /// The triangles that a segment crosses, in order.
     strip: Patch,
-    /// Their boundary on both sides of the piece.
+    /// The boundary of the strip on both sides of the segment.
     left: Chain,
     right: Chain,
-    /// Whether it may pass an edge twice: it passes a vertex twice.
+    /// Whether the boundary may pass an edge twice, because it passes a vertex twice.
     is_passed_twice: bool,
-    /// How often lines of this edit run along edges as the rings of obstacles, which count each time.
+    /// How often lines of this edit run along an edge as rings of obstacles. Each time counts.
     times: HashMap<(EdgeKey, EdgeSource), usize>,
-    /// Edges that became constraints.
+    /// Number of edges that became constraints.
     pub(crate) edges: u64,
-    /// Triangles that were looked at to follow the pieces.
+    /// Number of triangles that were examined to follow the segments.
     pub(crate) examined: u64,
 }
 
 type EdgeKey = [VertexId; 2];
 
-/// The boundary of a strip on one side of a piece, by the patch's numbers.
+/// The boundary of a strip on one side of a segment, by the patch's numbers.
 #[derive(Default)]
 struct Chain {
     vertices: Vec<u32>,
-    /// Between each vertex and the next, the half-edge of the old triangle there.
+    /// The half-edge of the old triangle between each vertex and the next.
     half_edges: Vec<HalfEdge>,
 }
 
@@ -77,7 +78,7 @@ impl Chain {
 }
 
 impl SegmentInserter {
-    /// Makes a piece a chain of constraint edges.
+    /// Makes a segment a chain of constraint edges.
     pub(crate) fn insert(&mut self, tiles: &mut Tiles, segment: LocatedSegment) -> Result<(), EditError> {
         let [mut at, mut to] = segment.ends;
         while at.id != to.id {
@@ -100,7 +101,8 @@ impl SegmentInserter {
         Ok(())
     }
 
-    /// Follows a line from a vertex to the next one on it, and collects what it crosses.
+    /// Follows a line from a vertex to the next one on it, and collects the triangles that it
+    /// crosses.
     fn follow(
         &mut self,
         tiles: &mut Tiles,
@@ -120,7 +122,7 @@ impl SegmentInserter {
         }
     }
 
-    /// How a line leaves a vertex, in a tile that has this.
+    /// Returns how a line leaves a vertex, in a tile that has the vertex.
     fn leave(&mut self, tile: &EditTile, from: Vertex, to: Point) -> Option<Leaving> {
         let is_ahead = |p: Point| p.lex_cmp(from.point) == to.lex_cmp(from.point);
         tile.around(from.id.index).find_map(|half_edge| {
@@ -135,7 +137,8 @@ impl SegmentInserter {
         })
     }
 
-    /// Follows a line through the triangle of a side that starts where it does, up to the next vertex on it.
+    /// Follows a line through the triangle of a half-edge that starts where the line starts, up to
+    /// the next vertex on the line.
     fn cross(
         &mut self,
         tiles: &Tiles,
@@ -144,7 +147,8 @@ impl SegmentInserter {
         line: [Point; 2],
         segment: LocatedSegment,
     ) -> Result<Reached, EditError> {
-        // The side by which the line leaves a triangle, and the numbers of its ends, the right one first.
+        // The half-edge through which the line leaves a triangle, and the numbers of its ends, the
+        // right one first.
         let (mut gate, mut ends) = (half_edge.next(), self.begin(&tile, half_edge));
         loop {
             if tile.is_constraint(gate) {
@@ -158,7 +162,7 @@ impl SegmentInserter {
             tile = there;
             self.examined += 1;
             let triangle = self.strip.old.len() as u32;
-            // A triangle takes more than a byte of the file.
+            // A triangle takes more than one byte of the file.
             if u64::from(triangle) > tiles.length() {
                 return Err(tiles.damaged(id, Contradiction::EndlessLine));
             }
@@ -183,7 +187,8 @@ impl SegmentInserter {
         }
     }
 
-    /// Begins a strip with the triangle of a side, which starts where the piece does. Returns the numbers of the other two corners.
+    /// Begins a strip with the triangle of a half-edge that starts where the segment starts.
+    /// Returns the numbers of the other two corners.
     fn begin(&mut self, tile: &EditTile, half_edge: HalfEdge) -> [u32; 2] {
         self.strip.clear();
         self.is_passed_twice = false;
@@ -202,7 +207,8 @@ impl SegmentInserter {
         [right, left]
     }
 
-    /// Adds the triangle that the piece enters by a side, between the numbers of its ends. Returns that of the apex.
+    /// Adds the triangle that the segment enters through a half-edge, given the numbers of its
+    /// ends. Returns the number of the apex.
     fn push(&mut self, tile: &EditTile, entered: HalfEdge, [right, left]: [u32; 2], apex: Vertex) -> u32 {
         let (apex, is_new) = self.strip.number(apex);
         self.is_passed_twice |= !is_new;
@@ -213,7 +219,8 @@ impl SegmentInserter {
         apex
     }
 
-    /// Triangulates the strip anew on both sides of a piece between two of its vertices, in all tiles that have some of it.
+    /// Triangulates the strip anew on both sides of a segment between two of its vertices, in all
+    /// tiles that have some of its triangles.
     fn replace(&mut self, tiles: &mut Tiles, is_wall: bool) -> Result<(), EditError> {
         let Self {
             cavity,
@@ -242,7 +249,7 @@ impl SegmentInserter {
         exchange(strip, tiles)
     }
 
-    /// Notes the source of an edge in the tile that it belongs to.
+    /// Adds the source of an edge in the tile that the edge belongs to.
     fn note(&mut self, tiles: &mut Tiles, ends: [Vertex; 2], source: EdgeSource) -> Result<(), EditError> {
         self.edges += 1;
         let [a, b] = ends;
@@ -263,20 +270,20 @@ impl SegmentInserter {
     }
 }
 
-/// Whether a line is to be followed from its end: its start has many triangles, since thousands of lines may share it, and its end
-/// has fewer.
+/// Returns whether to follow a line from its end: its start has many triangles, since thousands of
+/// lines may share it, and its end has fewer.
 fn is_shorter_from_end(tiles: &Tiles, [start, end]: [Vertex; 2]) -> Result<bool, EditError> {
     let around = |vertex: Vertex| tiles.get(vertex.id.tile).map(|tile| tile.degree(vertex.id.index));
     let at_start = around(start)?;
     Ok(at_start > MOST_AROUND && around(end)? < at_start)
 }
 
-/// Puts the triangles of a cavity into the patch. Returns the side on the piece.
+/// Adds the triangles of a cavity to the patch. Returns the half-edge on the segment.
 fn fill(strip: &mut Patch, chain: &Chain, cavity: &Cavity, is_passed_twice: bool) -> HalfEdge {
     let first = strip.new.len() as u32;
     let of_patch = |half_edge: HalfEdge| HalfEdge(3 * first + half_edge.0);
     for (corners, number) in cavity.triangles.iter().zip((0..).map(TriangleId)) {
-        // A side without a twin is on the chain, or on the piece: what lies there comes later.
+        // A half-edge without a twin is on the chain or on the segment. Its twin is set later.
         let twin_of = |half_edge| {
             let twin = cavity.twin(half_edge);
             twin.map_or(PatchTwin::Hull, |twin| PatchTwin::New(of_patch(twin)))
@@ -287,8 +294,9 @@ fn fill(strip: &mut Patch, chain: &Chain, cavity: &Cavity, is_passed_twice: bool
             twins: HalfEdge::of_triangle(number).map(twin_of),
         });
     }
-    // An edge between two triangles of the strip that the piece does not cross is passed twice: a constraint that dangles into the cavity,
-    // or an edge from which triangles hang that the piece does not cross.
+    // An edge between two triangles of the strip that the segment does not cross is passed twice.
+    // It is a constraint that dangles into the cavity, or an edge from which triangles hang that
+    // the segment does not cross.
     let mut positions: HashMap<[u32; 2], usize> = HashMap::new();
     if is_passed_twice {
         let edges = chain.vertices.array_windows().zip(0..);
@@ -304,12 +312,12 @@ fn fill(strip: &mut Patch, chain: &Chain, cavity: &Cavity, is_passed_twice: bool
     of_patch(cavity.edges[chain.half_edges.len()])
 }
 
-/// The bits of a triangle's first side, if that is a constraint.
+/// Returns the bits of a constraint that is the first half-edge of a triangle.
 fn constraint_bits(is_wall: bool) -> u8 {
     1 | u8::from(is_wall) << WALLS
 }
 
-/// Makes the first sides of these triangles constraints, in all tiles that have them.
+/// Makes the first half-edges of these triangles constraints, in all tiles that have the triangles.
 fn mark(tiles: &mut Tiles, triangles: &[[VertexId; 3]], is_wall: bool) -> Result<(), EditError> {
     let bits = constraint_bits(is_wall);
     for corners in triangles {
@@ -324,7 +332,7 @@ fn mark(tiles: &mut Tiles, triangles: &[[VertexId; 3]], is_wall: bool) -> Result
     Ok(())
 }
 
-/// The error for a line that crosses a constraint.
+/// Returns the error for a line that crosses a constraint.
 fn crossed(tiles: &Tiles, line: [Point; 2], edge: [Vertex; 2], segment: LocatedSegment) -> EditError {
     // The tile that the edge belongs to knows its lines.
     let edge = match edge[0].point.lex_cmp(edge[1].point).is_lt() {

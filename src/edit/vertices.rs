@@ -1,8 +1,11 @@
-//! Puts new vertices into the triangulation: ends of lines where the file has no vertex yet.
+//! Insertion of new vertices into the triangulation, at the ends of lines where the file has no
+//! vertex yet.
 //!
-//! The triangles whose circumdisc holds a vertex, and which no constraint hides from it, go: its *cavity*. The edges around this
-//! and the vertex make those that take their place (Bowyer, Watson, both in The Computer Journal 24, 1981). With constraints too, the
-//! result is the triangulation of all vertices and constraints, whatever the order. A vertex on a constraint parts it.
+//! The triangles whose circumdisc contains a vertex, and from which no constraint hides it, are
+//! removed: its *cavity*. The edges around the cavity and the vertex form the triangles that
+//! replace them (Bowyer, Watson, both in The Computer Journal 24, 1981). With constraints too, the
+//! result is the triangulation of all vertices and constraints, whatever the order. A vertex on a
+//! constraint splits it.
 
 use foldhash::{HashMap, HashSet};
 
@@ -16,10 +19,10 @@ use crate::geometry::{HalfEdge, MortonSquare, Orientation, Point, Rect, Triangle
 use crate::mesh::{Embedded, EndlessWalk, Topology, WALLS};
 use crate::store::{MAX_TILE_VERTICES, TileId, Vertex, VertexId};
 
-/// Adds vertices to a tile, none of which is there yet.
+/// Adds vertices to a tile. None of them exists yet.
 pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Result<(), EditError> {
     let has_z = tiles.directory().metadata.has_z;
-    // One after the other, so that the way from each to the next is short.
+    // In the order of a curve, so that the walk from each to the next is short.
     let square = MortonSquare::around(Rect::around(new.iter().map(|vertex| vertex.point)));
     new.sort_by_key(|vertex| square.key(vertex.point));
     let tile = tiles.get(id)?;
@@ -57,16 +60,17 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
     Ok(())
 }
 
-/// The triangle, open or closed, that a point lies in: one of its sides, in this tile. None: it lies outside the hull.
+/// Finds the closed triangle that contains a point. Returns one of its half-edges, with a tile that
+/// has it, or `None` if the point is outside the hull.
 ///
-/// This is no [`Walk`](crate::mesh::Walk): the order of the triangles in the file follows the side by which the last one is entered,
-/// which a `Walk` does not tell.
+/// This is not a [`Walk`](crate::mesh::Walk): the order of the triangles in the file depends on the
+/// half-edge through which the walk enters the last triangle, which a `Walk` does not return.
 fn locate(tiles: &Tiles, from: VertexId, to: Point) -> Result<Option<(Pin, HalfEdge)>, EditError> {
     let mut tile = tiles.get(from.tile)?;
     let Some(mut half_edge) = tile.leaving(from.index) else {
         return Err(tiles.damaged(from.tile, Contradiction::LoneVertex(from.index)));
     };
-    // A walk may go in circles where constraints are, if it always looks at the sides in the same order.
+    // With constraints, a walk may cycle if it always examines the half-edges in the same order.
     let mut steps = 4 * tiles.directory().metadata.triangles + 1000;
     loop {
         steps = match steps.checked_sub(1) {
@@ -92,18 +96,19 @@ fn locate(tiles: &Tiles, from: VertexId, to: Point) -> Result<Option<(Pin, HalfE
     }
 }
 
-/// Adds vertices. Keeps its memory from one to the next.
+/// An inserter of vertices, which reuses its buffers.
 #[derive(Default)]
 struct VertexInserter {
     cavity: Patch,
     seen: HashSet<[VertexId; 3]>,
-    /// Edges around the cavity, which lies on their left.
+    /// Edges around the cavity, which is on their left.
     boundary: Vec<CavityEdge>,
-    /// The ends of the hull edge that the vertex lies on, if there is one.
+    /// The ends of the hull edge on which the vertex lies, if any.
     on_hull: Option<[u32; 2]>,
 }
 
-/// An edge around a cavity, by numbers of the patch: its ends, the bits of a side, and the old half-edge.
+/// An edge around a cavity, by numbers of the patch: its ends, the bits of a half-edge, and the old
+/// half-edge.
 #[derive(Clone, Copy)]
 struct CavityEdge {
     ends: [u32; 2],
@@ -111,11 +116,11 @@ struct CavityEdge {
     half_edge: HalfEdge,
 }
 
-/// An edge that a vertex lies on: its ends, and the bits of a side.
+/// An edge on which a vertex lies: its ends, and the bits of a half-edge.
 type SplitEdge = ([Vertex; 2], u8);
 
 impl VertexInserter {
-    /// Puts a vertex into the closed triangle of a side.
+    /// Inserts a vertex into the closed triangle of a half-edge.
     fn add(&mut self, tiles: &mut Tiles, vertex: Vertex, start: (Pin, HalfEdge)) -> Result<(), EditError> {
         let split = self.find_cavity(tiles, vertex.point, start)?;
         let on_constraint = split.filter(|(_, bits)| bits & 1 == 1);
@@ -126,7 +131,7 @@ impl VertexInserter {
             ..
         } = self;
         let (middle, _) = cavity.number(vertex);
-        // The triangles that start with a vertex, and those that go on to it.
+        // The triangles by the start and by the end of their edge around the cavity.
         let leaving = triangles_by_end(boundary, 0);
         let arriving = triangles_by_end(boundary, 1);
         for &CavityEdge { ends, bits, half_edge } in &*boundary {
@@ -162,7 +167,8 @@ impl VertexInserter {
         Ok(())
     }
 
-    /// Finds the cavity of a point, from the closed triangle of a side that it lies in; and the edge that it lies on, if there is one.
+    /// Finds the cavity of a point, given a half-edge of the closed triangle that contains the
+    /// point. Returns the edge on which the point lies, if any.
     fn find_cavity(
         &mut self,
         tiles: &Tiles,
@@ -228,19 +234,20 @@ impl VertexInserter {
     }
 }
 
-/// The new triangle at each edge around a cavity, by an end of the edge.
+/// Returns the new triangle at each edge around a cavity, by the start (0) or the end (1) of the
+/// edge.
 fn triangles_by_end(boundary: &[CavityEdge], end: usize) -> HashMap<u32, TriangleId> {
     let ends = boundary.iter().map(|edge| edge.ends[end]);
     ends.zip((0..).map(TriangleId)).collect()
 }
 
-/// The corners of a triangle, the smallest first.
+/// Returns the corners of a triangle, rotated so that the smallest comes first.
 fn turned(ids: [VertexId; 3]) -> [VertexId; 3] {
     let [a, b, c] = ids;
     [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or(ids)
 }
 
-/// Both parts of an edge come from where it came from.
+/// Gives both parts of a split edge the sources of the edge.
 fn split_sources(tiles: &mut Tiles, ends: [Vertex; 2], vertex: Vertex) -> Result<(), EditError> {
     let [a, b] = ends;
     let owner = |ends: [Vertex; 2]| match ends[0].point.lex_cmp(ends[1].point).is_lt() {

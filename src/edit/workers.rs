@@ -1,4 +1,4 @@
-//! Threads that put tiles together.
+//! Threads that decode and encode tiles.
 
 use std::io;
 use std::sync::{Arc, mpsc};
@@ -10,8 +10,9 @@ use crate::io::start_thread;
 
 type Job = Box<dyn FnOnce() + Send>;
 
-/// Threads for what takes a while, as many as the system gives, beside the runtime's workers: few, so that the allocator keeps what goes for what comes next, and not
-/// some for each of many threads.
+/// Threads for longer computations, at most as many as the system grants, besides the runtime's
+/// workers. They are few, so that the allocator reuses freed memory instead of keeping some for
+/// each of many threads.
 pub(crate) struct Workers {
     jobs: mpsc::Sender<Job>,
     pub(crate) threads: usize,
@@ -41,7 +42,7 @@ impl Workers {
         compute: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, EditError> {
         let (reply, computed) = oneshot::channel();
-        // If nobody waits for the answer any more, nobody needs it. If the thread is gone, there is none.
+        // If the receiver is gone, the result is not needed. If the thread is gone, there is none.
         let _ = self.jobs.send(Box::new(move || drop(reply.send(compute()))));
         computed
             .await

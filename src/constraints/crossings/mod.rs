@@ -6,7 +6,7 @@
 //!                        or cells do not separate them   not separate: sweep
 //!
 //!   find    pairs that cross, each in the cell that owns its crossing point ──▶ FirstCrossings
-//!   split   pairs that cross, then ends on cut segments ──▶ bent segments ──▶ find, until none cross
+//!   split   pairs that cross, then ends on cut segments ──▶ bent segments ──▶ find, ...
 //! ```
 //!
 //! Two segments cross if they meet in one point that is interior to both (`segments_cross`). Ends

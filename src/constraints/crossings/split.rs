@@ -4,11 +4,11 @@
 //! that do not cross, each with the tag and the direction of its segment, and the new vertices.
 //!
 //! ```text
-//!    \   /                  \   /
-//!     \ /                    \ /        p is the crossing point, each coordinate rounded. If a is an
-//!   ---x-------a---   ──▶   --p         end on the lower segment, the segment is cut there as well:
-//!     / \      |            / \ \__     rounding moves it off the straight line, and a wall that ends
-//!    /   \     |           /   \   a--  at it must still do so.
+//!  \   /                  \   /
+//!   \ /                    \ /        p is the crossing point, each coordinate rounded. If a is
+//! ---x-------a---   ──▶   --p         an end on the lower segment, the segment is cut there as
+//!   / \      |            / \ \__     well: rounding moves it off the straight line, and a wall
+//!  /   \     |           /   \   a--  that ends at it must still do so.
 //! ```
 //!
 //! One round finds all pairs that cross. Both segments of a pair are cut at the rounded crossing

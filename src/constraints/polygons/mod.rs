@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   segments as they arrive    ──▶ arrivals ──▶ check ──▶ polygons that are inside out: an error
-//!   subsegments after a split  ──▶ repair ──▶ subsegments of polygons that cover what rings enclose
+//!   subsegments after a split  ──▶ repair ──▶ subsegments that cover what rings enclose
 //!                                    └── both use sweep, with its status
 //! ```
 

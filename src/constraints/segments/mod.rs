@@ -9,7 +9,7 @@
 //! push          ─▶ ends, z, source ─────────────────────────────────┐
 //! push_between  ─▶ sources ─────────────────────────────────────────┤ spool     ─▶ ends
 //!               ─▶ join: parts of consecutive ends                  ├─▶ for_each_chunk
-//!                    (record, end), sorted ─┐                       │     distribute ─▶ blocks, by cells
+//!                    (record, end), sorted ─┐                       │     distribute ─▶ blocks by cell
 //! points        ─▶ resolve ─────────────────┴─▶ (end, position) ────┘
 //! ```
 //!

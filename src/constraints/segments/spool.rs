@@ -20,7 +20,7 @@ use crate::store::{EdgeSource, KdTree, LineKind};
 ///
 /// ```text
 /// memory  1/2   chunks, up to this number of bytes
-///         1/4   the join: sorted records; then pairs that wait for points; then positions of a part
+///         1/4   the join: sorted records; then pairs that wait; then positions of a part
 ///         1/4   buffers, lists of chunks
 /// ```
 #[derive(Debug)]

@@ -1,7 +1,7 @@
-//! Turns a tile that was changed into the drafts of a core and a border.
+//! Conversion of a changed tile into the drafts of a core and a border.
 //!
-//! Triangles whose corners are all the tile's own are of the core, the others of the border. What was late when the tile was first
-//! written may so be of the core now.
+//! Triangles whose corners are all the tile's own go to the core, the others to the border. So a
+//! triangle that was late when the tile was first written may be in the core now.
 
 use crate::edit::tile::EditTile;
 use crate::geometry::{HalfEdge, Point, Rect, TriangleId};
@@ -9,22 +9,22 @@ use crate::mesh::{Topology, Twin};
 use crate::store::format::components::{components, of_core};
 use crate::store::{BorderDraft, Component, CoreDraft, Extent, TileEntry, VertexId};
 
-/// What a tile is when it is written.
+/// The drafts that a tile is written from.
 pub(crate) struct Drafts {
     pub(crate) core: CoreDraft,
     pub(crate) border: BorderDraft,
-    /// Triangles that belong to the tile, and those of them that are in holes.
+    /// Number of triangles that belong to the tile, and of those that are in holes.
     owned: u32,
     in_holes: u32,
     bounds: Rect,
 }
 
-/// What triangles and corners are numbered when a tile is written.
+/// The numbers of triangles and corners in the written tile.
 struct Numbering {
-    /// The places of the triangles of the core, and those of the others.
+    /// The positions of the triangles of the core, and of those of the border.
     of_core: Vec<TriangleId>,
     of_border: Vec<TriangleId>,
-    /// The number of the triangle at each place that has one.
+    /// The number of the triangle at each position that has one.
     triangles: Vec<TriangleId>,
     /// The vertices of other tiles that are corners.
     foreign: Vec<(VertexId, Point)>,
@@ -58,15 +58,15 @@ impl Numbering {
         number.triangle().index() < self.of_core.len()
     }
 
-    /// The places of all triangles, in order.
+    /// Returns the positions of all triangles, in the order of their numbers.
     fn in_order(&self) -> impl Iterator<Item = TriangleId> {
         self.of_core.iter().chain(&self.of_border).copied()
     }
 }
 
 impl EditTile {
-    /// The core and the border. `label` tells what is true of the region of the triangle at a place; without it the tile says nothing of
-    /// regions.
+    /// Makes the core and the border. `label` returns the properties of the region of a triangle.
+    /// Without it, the tile stores no regions.
     pub(crate) fn drafts(&self, label: Option<&dyn Fn(TriangleId) -> Component>) -> Drafts {
         let numbering = Numbering::of(self);
         let is_in_hole = |triangle: TriangleId| label.is_some_and(|label| label(triangle).is_hole);
@@ -89,7 +89,7 @@ impl EditTile {
         drafts
     }
 
-    /// The core, but for its components and the sources of its edges.
+    /// Makes the core, without its components and the sources of its edges.
     fn core_draft(&self, numbering: &Numbering) -> CoreDraft {
         let triangles = &numbering.of_core;
         let in_core = |half_edge: HalfEdge| {
@@ -112,7 +112,8 @@ impl EditTile {
         }
     }
 
-    /// The border, but for a side at each vertex, its components and the sources of its edges.
+    /// Makes the border, without a half-edge at each vertex, its components and the sources of its
+    /// edges.
     fn border_draft(&self, numbering: &Numbering) -> BorderDraft {
         let triangles = &numbering.of_border;
         let twin = |half_edge: HalfEdge| match self.twin(half_edge) {
@@ -145,7 +146,7 @@ impl EditTile {
         numbered.collect()
     }
 
-    /// The bits of triangles; nothing if they have none.
+    /// Returns the bits of triangles; nothing if none is set.
     fn bits_of(&self, triangles: &[TriangleId]) -> Vec<u8> {
         let mut bits: Vec<u8> = triangles.iter().map(|&triangle| self.bits[triangle.index()]).collect();
         if bits.iter().all(|&bits| bits == 0) {
@@ -154,7 +155,7 @@ impl EditTile {
         bits
     }
 
-    /// Pairs of a half-edge of the core and its twin in the border, in order.
+    /// Returns the pairs of a half-edge of the core and its twin in the border, in order.
     fn core_links(&self, numbering: &Numbering) -> Vec<(u32, u32)> {
         let half_edges = numbering
             .of_core
@@ -169,7 +170,8 @@ impl EditTile {
         links
     }
 
-    /// The vertices of other tiles that border triangles have, by id; and what each corner is among own and these.
+    /// Returns the vertices of other tiles that border triangles have, by id; and the number of
+    /// each corner among the tile's own and these.
     fn foreign_in_order(&self, of_border: &[TriangleId]) -> (Vec<(VertexId, Point)>, Vec<u32>) {
         let own = self.points.len();
         let mut is_used = vec![false; self.foreign.len()];
@@ -190,7 +192,8 @@ impl EditTile {
         (foreign.collect(), corner_now)
     }
 
-    /// The box around the tile's vertices and the corners of what belongs to it.
+    /// Returns the box around the tile's vertices and the corners of the triangles that belong to
+    /// it.
     fn bounds(&self, numbering: &Numbering) -> Rect {
         let owned = numbering.in_order().filter(|&triangle| self.owns(triangle));
         let corners =
@@ -202,7 +205,8 @@ impl EditTile {
         for (half_edge, sources) in self.owned_constraints() {
             let twin = self.twin(half_edge).half_edge();
             let [this, other] = [half_edge, twin.unwrap_or(half_edge)].map(|half_edge| numbering.half_edge(half_edge));
-            // They are kept as seen from the smaller corner, and written as seen along the smaller side.
+            // They are kept as seen from the smaller corner, and written as seen along the smaller
+            // half-edge.
             let is_against = (self.origin(half_edge) > self.destination(half_edge)) != (other < this);
             let in_core = numbering.is_in_core(this.max(other)) && twin.is_some();
             let list = if in_core {
@@ -220,7 +224,7 @@ impl EditTile {
     }
 }
 
-/// What the directory is to know of a tile.
+/// The data of a tile for the directory.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Counts {
     vertices: u32,
@@ -245,7 +249,8 @@ impl Drafts {
 }
 
 impl Counts {
-    /// The entry of the tile, whose core and border were written there.
+    /// Returns the directory entry of the tile, whose core and border were written to these
+    /// extents.
     pub(crate) fn entry(self, core: Extent, border: Extent, generation: u32) -> TileEntry {
         TileEntry {
             core,
@@ -260,7 +265,8 @@ impl Counts {
     }
 }
 
-/// A leaving side for each vertex of the tile that is a corner of the border but not of the core.
+/// Returns a half-edge that leaves each vertex of the tile that is a corner of the border but not
+/// of the core.
 fn vertex_sides(core: &CoreDraft, border: &BorderDraft) -> Vec<(u32, u32)> {
     let mut has_one = vec![false; border.vertices as usize];
     for &corner in core.triangles.as_flattened() {
@@ -279,8 +285,8 @@ fn vertex_sides(core: &CoreDraft, border: &BorderDraft) -> Vec<(u32, u32)> {
     half_edges
 }
 
-/// Puts down which region each triangle is of: components of the core are connected within it, those of border triangles go
-/// by their region.
+/// Stores the region of each triangle. Components of the core are connected within it. Those of
+/// border triangles depend on their region.
 fn put_regions(drafts: &mut Drafts, mut of_triangles: impl Iterator<Item = Component>) {
     let mut of_core = of_core(&drafts.core);
     let mut regions: Vec<Component> = Vec::new();

@@ -1,25 +1,28 @@
-//! The edges of vertices that have many, by their ends.
+//! An index of the edges at vertices with many triangles, by their ends.
 //!
-//! Thousands of lines may share a vertex. To go round it for each of them would take time with the square of their number.
+//! Thousands of lines may share a vertex. Walking round it for each of them would take time
+//! quadratic in their number.
 
 use foldhash::{HashMap, HashSet};
 
 use crate::geometry::{HalfEdge, TriangleId, VertexIndex};
 
-/// A vertex with more triangles than this is a hub. To go round others is faster than to keep an index of their edges.
+/// A vertex with more triangles than this is a hub. Walking round other vertices is faster than
+/// keeping an index of their edges.
 pub(crate) const MOST_AROUND: u32 = 64;
 
-/// How many triangles each vertex of a tile has, and the sides at those that have many.
+/// The number of triangles of each vertex of a tile, and the half-edges at those that have many.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Hubs {
     degrees: Vec<u32>,
     hubs: HashSet<VertexIndex>,
-    /// The side from one corner to another, one of which is a hub.
+    /// The half-edge from one corner to another, one of which is a hub.
     half_edges: HashMap<[VertexIndex; 2], HalfEdge>,
 }
 
 impl Hubs {
-    /// Of a tile with this number of vertices. Corners that are greater than those of any tile are none.
+    /// Makes the index of a tile with `vertices` vertices. Corners that are not a vertex of any
+    /// tile are ignored.
     pub(crate) fn of(vertices: usize, triangles: &[[VertexIndex; 3]]) -> Self {
         let mut this = Self {
             degrees: vec![0; vertices],
@@ -43,37 +46,38 @@ impl Hubs {
         this
     }
 
-    /// Bytes that it takes in memory, about.
+    /// Returns about how many bytes of memory it takes.
     pub(crate) fn byte_size(&self) -> usize {
         4 * self.degrees.len() + 24 * self.half_edges.len()
     }
 
-    /// The number of triangles at a vertex of the tile.
+    /// Returns the number of triangles at a vertex of the tile.
     pub(crate) fn degree(&self, vertex: VertexIndex) -> u32 {
         self.degrees.get(vertex.index()).copied().unwrap_or(0)
     }
 
-    /// Whether a corner is a hub, so that [`side`](Self::side) knows its edges.
+    /// Returns whether a corner is a hub, so that [`half_edge`](Self::half_edge) knows its edges.
     pub(crate) fn has(&self, corner: VertexIndex) -> bool {
         self.hubs.contains(&corner)
     }
 
-    /// Whether a corner is a vertex of the tile with as many triangles as a hub, but is none yet.
+    /// Returns whether a corner is a vertex of the tile that has enough triangles for a hub but is
+    /// none yet.
     pub(crate) fn is_new(&self, corner: VertexIndex) -> bool {
         self.degree(corner) > MOST_AROUND && !self.has(corner)
     }
 
-    /// The side from one corner to another, one of which is a hub.
+    /// Returns the half-edge from one corner to another, one of which is a hub.
     pub(crate) fn half_edge(&self, ends: [VertexIndex; 2]) -> Option<HalfEdge> {
         self.half_edges.get(&ends).copied()
     }
 
-    /// Makes a vertex a hub. All its triangles must be entered then.
+    /// Makes a vertex a hub. The caller must then enter all its triangles.
     pub(crate) fn make(&mut self, vertex: VertexIndex) {
         self.hubs.insert(vertex);
     }
 
-    /// Takes a new triangle, by its corners and its place.
+    /// Adds a triangle by its corners and its position.
     pub(crate) fn add(&mut self, corners: [VertexIndex; 3], triangle: TriangleId) {
         for corner in corners {
             if let Some(degree) = self.degrees.get_mut(corner.index()) {
@@ -83,7 +87,7 @@ impl Hubs {
         self.enter(corners, triangle);
     }
 
-    /// Forgets a triangle.
+    /// Removes a triangle.
     pub(crate) fn remove(&mut self, corners: [VertexIndex; 3]) {
         for corner in corners {
             if let Some(degree) = self.degrees.get_mut(corner.index()) {
@@ -95,14 +99,15 @@ impl Hubs {
         }
     }
 
-    /// Notes the sides of a triangle that start or end at a hub.
+    /// Enters the half-edges of a triangle that start or end at a hub.
     pub(crate) fn enter(&mut self, corners: [VertexIndex; 3], triangle: TriangleId) {
         for (ends, corner) in self.of_hubs(corners) {
             self.half_edges.insert(ends, HalfEdge::new(triangle, corner));
         }
     }
 
-    /// The sides of a triangle that start or end at a hub: their ends, and the corners that they start at.
+    /// Returns the half-edges of a triangle that start or end at a hub: their ends, and the
+    /// position of the corner that they start at.
     fn of_hubs(&self, corners: [VertexIndex; 3]) -> impl Iterator<Item = ([VertexIndex; 2], u32)> + use<> {
         let [a, b, c] = corners;
         let is_hub = corners.map(|corner| self.has(corner));

@@ -1,4 +1,4 @@
-//! Takes triangles out of a tile, and puts others in their place.
+//! Replacement of triangles of a tile by others.
 
 use std::iter;
 
@@ -9,16 +9,18 @@ use crate::geometry::{HalfEdge, TriangleId, VertexIndex};
 use crate::mesh::{Topology, Twin};
 use crate::store::{Vertex, VertexId};
 
-/// A new triangle whose first side runs between two vertices of other tiles: what lies across must be looked for elsewhere.
+/// A new triangle whose first half-edge runs between two vertices of other tiles. Another tile must
+/// tell its twin.
 pub(crate) type Unlinked = [VertexId; 3];
 
 impl EditTile {
-    /// Takes the old triangles of its share of a patch out, which it must have, and puts the new ones in their place. Returns those that
-    /// have a side, their first, across which another triangle of the tile may lie that only other tiles can tell.
+    /// Removes the old triangles of the tile's share of a patch, which it must have, and adds the
+    /// new ones. Returns the triangles whose first half-edge may have a twin in the tile that only
+    /// other tiles know.
     ///
     /// ```text
-    ///      u ─── v            u ─── v        edges around stay, and what lies across them;
-    ///    ╱  ╲   ╱  ╲    →   ╱    ╱    ╲      what is outside the tile on one side is so marked
+    ///      u ─── v            u ─── v        Edges around stay, with their twins. A twin
+    ///    ╱  ╲   ╱  ╲    →   ╱    ╱    ╲      outside the tile is marked as such.
     ///   a ──── w ── b      a ════════ b
     /// ```
     pub(crate) fn replace(
@@ -31,7 +33,8 @@ impl EditTile {
         self.take_out(patch, old, positions)?;
         self.put_in(patch, new, positions);
         let unlinked = self.join(patch, new, positions);
-        // What lay across old triangles of the tile may lie across new ones that have no vertex here.
+        // A half-edge that was the twin of an old triangle may get a new twin without a vertex in
+        // this tile.
         for (replacement, twin) in replaced_at_boundary(patch, old, positions) {
             if positions.half_edge_of_new(replacement).is_none() {
                 self.set_twin(twin, Twin::Elsewhere);
@@ -41,7 +44,7 @@ impl EditTile {
         Ok(unlinked)
     }
 
-    /// Takes old triangles out, and notes where they were and what lay across.
+    /// Removes old triangles, and records their positions and twins.
     fn take_out(
         &mut self,
         patch: &Patch,
@@ -78,7 +81,7 @@ impl EditTile {
         Ok(())
     }
 
-    /// Puts new triangles in, and notes where they are.
+    /// Adds new triangles, and records their positions.
     fn put_in(&mut self, patch: &Patch, new: &[TriangleId], positions: &mut TilePositions) {
         let more = new.len().saturating_sub(self.free.len());
         make_room(&mut self.triangles, more);
@@ -106,7 +109,8 @@ impl EditTile {
         }
     }
 
-    /// Puts new triangles side by side with each other and with those that stay. Returns those that other tiles must help to.
+    /// Links new triangles with each other and with those that stay. Returns the triangles for
+    /// which another tile is needed.
     fn join(&mut self, patch: &Patch, new: &[TriangleId], positions: &TilePositions) -> Vec<Unlinked> {
         let own = self.points.len() as u32;
         let mut unlinked = Vec::new();
@@ -133,7 +137,7 @@ impl EditTile {
         unlinked
     }
 
-    /// Makes those corners of new triangles hubs that have become so.
+    /// Makes corners of new triangles hubs if they have enough triangles now.
     fn make_hubs(&mut self, positions: &TilePositions, new: &[TriangleId]) {
         for triangle in new.iter().filter_map(|&number| positions.new[number.index()]) {
             for corner in self.triangles[triangle.index()] {
@@ -149,7 +153,7 @@ impl EditTile {
         }
     }
 
-    /// Whether a triangle with these corners has its first side there.
+    /// Returns whether a triangle with these corners has `half_edge` as its first half-edge.
     fn is_at(&self, half_edge: HalfEdge, corners: [VertexId; 3]) -> bool {
         let triangle = self.triangles.get(half_edge.triangle().index());
         let Some(triangle) = triangle.filter(|&&triangle| triangle != GONE) else {
@@ -168,7 +172,8 @@ impl EditTile {
             })
     }
 
-    /// Puts two triangles of the tile side by side: one by its first side, and the one across that has this apex.
+    /// Links two triangles of the tile: one by its first half-edge, and the one at the same edge
+    /// that has this apex.
     pub(crate) fn link(&mut self, corners: Unlinked, apex: VertexId) -> Result<(), Contradiction> {
         let [from, to, _] = corners;
         let [Some(half_edge), Some(other)] = [corners, [to, from, apex]].map(|corners| self.half_edge_of(corners))
@@ -184,7 +189,7 @@ impl EditTile {
         self.twins.as_flattened_mut()[half_edge.index()] = twin.into();
     }
 
-    /// The corner that a vertex is here, and is to be if it is none yet.
+    /// Returns the corner of a vertex. Adds it if the tile does not have it yet.
     fn corner_for(&mut self, vertex: Vertex) -> VertexIndex {
         if let Some(corner) = self.corner(vertex.id) {
             return corner;
@@ -197,7 +202,8 @@ impl EditTile {
     }
 }
 
-/// The half-edges of the tile across the boundary of a patch, each with the new half-edge of the patch that follows the old one there.
+/// Returns the half-edges of the tile that are twins at the boundary of a patch, each with the new
+/// half-edge of the patch that replaces the old one there.
 fn replaced_at_boundary(
     patch: &Patch,
     old: &[TriangleId],
