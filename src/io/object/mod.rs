@@ -290,13 +290,13 @@ fn explained(name: &str, error: Error) -> io::Error {
 /// Returns the text of an error and of its sources, each text once.
 fn whole(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
-    let mut behind = error.source();
-    while let Some(error) = behind {
+    let mut source = error.source();
+    while let Some(error) = source {
         let more = error.to_string();
         if !text.contains(&more) {
             text += &format!(": {more}");
         }
-        behind = error.source();
+        source = error.source();
     }
     text
 }
