@@ -1,4 +1,5 @@
-//! What is true of each vertex of a tile, noted for all searches when the first one asks.
+//! Properties of each vertex of a tile. The first search that needs them computes them; all later
+//! searches share them.
 
 use super::space::FreeSpace;
 use crate::geometry::{Orientation, Point, VertexIndex, orient2d};
@@ -6,7 +7,7 @@ use crate::mesh::Twin;
 use crate::query::request::Contradiction;
 use crate::store::VertexNotes;
 
-/// What is true of a vertex. It takes one byte, since each vertex of all tiles in the cache has one.
+/// Properties of a vertex, in one byte, because each vertex of every cached tile has one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Mark(u8);
 
@@ -15,19 +16,19 @@ const SITE: u8 = 2;
 const SINGLE: u8 = 4;
 
 impl Mark {
-    /// Whether a path can bend round the vertex, in one of its sectors.
+    /// Returns whether a path can bend round the vertex in one of its sectors.
     #[inline]
     pub(crate) fn turns(self) -> bool {
         self.0 & TURNING != 0
     }
 
-    /// Whether a site lies there.
+    /// Returns whether the vertex has a site.
     #[inline]
     pub(crate) fn has_site(self) -> bool {
         self.0 & SITE != 0
     }
 
-    /// Whether it has one free sector only.
+    /// Returns whether the vertex has exactly one free sector.
     #[inline]
     pub(crate) fn is_single(self) -> bool {
         self.0 & SINGLE != 0
@@ -35,25 +36,26 @@ impl Mark {
 }
 
 impl<'t> FreeSpace<'t> {
-    /// What is true of a vertex, if the tile has one of this number. Where the tile contradicts itself, the star says so when it is
-    /// walked round.
+    /// Returns the properties of a vertex, or `None` if the tile has no such vertex. Where the tile
+    /// contradicts itself, the walk round the star reports it.
     #[inline]
     pub(crate) fn mark(self, vertex: VertexIndex) -> Option<Mark> {
         self.marks().marks.get(vertex.index()).copied().map(Mark)
     }
 
-    /// Whether the tile has break lines.
+    /// Returns whether the tile has break lines.
     pub(crate) fn has_break_lines(self) -> bool {
         self.marks().has_break_lines
     }
 
-    /// What is true of each vertex of the tile, and the neighbours at the right and left end of the sector in which it turns.
+    /// Returns the properties of each vertex of the tile, with the neighbours at the right and left
+    /// end of the sector in which it turns.
     fn marks(self) -> &'t VertexNotes {
         self.tile.notes().vertices(|| self.find_marks())
     }
 
-    /// Whether a straight way from a point to a vertex of the tile that turns may go on round what is beside it. It may not if both ends
-    /// of the sector face the point.
+    /// Returns whether a path that arrives straight from `from` at a turning vertex of the tile can
+    /// bend round an edge there. It cannot if both ends of the sector face `from`.
     pub(crate) fn can_turn(self, from: Point, vertex: VertexIndex) -> bool {
         let marks = self.marks();
         let Some(ends) = marks.ends.get(marks.ends_index[vertex.index()] as usize) else {
@@ -111,7 +113,8 @@ impl<'t> FreeSpace<'t> {
         }
     }
 
-    /// How many free sectors a vertex has, and the neighbours at the right and left end of that in which it turns.
+    /// Returns the number of free sectors of a vertex, and the neighbours at the right and left end
+    /// of the sector in which it turns.
     fn sectors(self, vertex: VertexIndex) -> Result<(u32, Option<[VertexIndex; 2]>), Contradiction> {
         let (mut sectors, mut turning) = (0, None);
         for wedge in self.free_wedges(vertex)? {

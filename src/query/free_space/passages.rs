@@ -1,19 +1,23 @@
-//! What lies beyond the sides of a tile's triangles, noted for all searches when the first one comes to a side, and where dead ends begin.
+//! The twins of a tile's half-edges, noted for all searches when the first one reaches a half-edge,
+//! and where dead ends start.
 //!
-//! A triangle that one can leave by one side only is a *dead end*, and so is one that besides leads to dead ends only. No shortest way
-//! goes through it that has neither of its ends there: it would come back to the side by which it entered, and could go along that.
-//! Triangles at whose corners there are sites count as ways out, and so do those of the border, which other tiles have too.
+//! A triangle with only one exit is a *dead end*, and so is one whose other exits all lead to dead
+//! ends. No shortest path that starts and ends elsewhere runs through a dead end: it would return
+//! to the half-edge by which it entered, and could run along that half-edge instead. Triangles with
+//! a site at a corner count as exits, and so do triangles of the border, which other tiles have
+//! too.
 //!
 //! ```text
-//!     ──────────┬───────       t has one side that is not blocked, and with t left out, so has u: both are dead ends. Who comes to
-//!       ╲   u  ╱ ╲             the side between v and u need not go on, but for a goal in u or t. Whoever starts there goes out
-//!     ═══╲    ╱ t ║            as if nothing was noted: the sides are noted as seen from outside
-//!         ╲  ╱    ║
-//!       v  ╲╱═════╝
+//!     ──────────┬───────    t has one half-edge that is not blocked. Without t, so has u: both are
+//!       ╲   u  ╱ ╲          dead ends. A search that reaches the edge between v and u stops there,
+//!     ═══╲    ╱ t ║         unless a goal lies in u or t. A search that starts inside leaves as if
+//!         ╲  ╱    ║         nothing were noted, because only the half-edges that lead into a dead
+//!       v  ╲╱═════╝         end are marked.
 //! ```
 //!
-//! That sides agree with those beyond them is checked when they are noted, and not at each crossing. To look for dead ends takes all sides of
-//! the tile, which pays where many searches come; the first ones do without.
+//! Noting a half-edge checks that it agrees with its twin, so crossings need no check. Finding dead
+//! ends examines all half-edges of the tile. That pays off where many searches come, so the first
+//! searches do without.
 
 use std::sync::atomic::Ordering;
 
@@ -21,36 +25,38 @@ use super::space::{FreeSpace, FreeTwin};
 use crate::geometry::{HalfEdge, Orientation, TriangleId, VertexIndex, orient2d};
 use crate::store::{HalfEdgeNote, HalfEdgeNotes, NoteKind};
 
-/// What lies beyond a side, if it is no side: from here on, and [`HalfEdgeNote::NONE`].
+/// The lowest noted value that is not a half-edge. The values from here on are the cases below, and
+/// [`HalfEdgeNote::NONE`].
 const NO_SIDE: u32 = u32::MAX - 4;
 const BLOCKED: u32 = NO_SIDE;
 const ELSEWHERE: u32 = NO_SIDE + 1;
 const OUTSIDE: u32 = NO_SIDE + 2;
 const CONTRADICTORY: u32 = NO_SIDE + 3;
-/// Of a side beyond which there is a dead end.
+/// The bit that marks a half-edge whose twin belongs to a dead end.
 const DEAD_END: u32 = 1 << 31;
 
-/// The search that comes to a tile as this one looks for its dead ends: to do that takes as long as some tens of ways across the tile.
+/// The number of visits to a tile after which its dead ends are computed. The computation takes as
+/// long as some tens of paths across the tile.
 const LOOKS_FOR_DEAD_ENDS: u32 = 16;
 
-/// What lies beyond a side of a free triangle.
+/// The space beyond a half-edge of a free triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Passage {
-    /// A free triangle, with this side.
+    /// The triangle of this half-edge, the twin, which is free.
     HalfEdge(HalfEdge),
-    /// The same, and it leads nowhere else.
+    /// The triangle of this half-edge, which is free and a dead end.
     DeadEnd(HalfEdge),
     /// A triangle of another tile, or the hull.
     Elsewhere,
-    /// The free outside.
+    /// The free outside of the hull.
     Outside,
-    /// Nothing that one may enter.
+    /// Nothing: the edge blocks, or the space beyond it is not free.
     Blocked,
-    /// A triangle that does not lie there: the tile is damaged.
+    /// A triangle whose corners contradict the edge: the tile is damaged.
     Contradictory,
 }
 
-/// The sides of a tile, and what is noted of them.
+/// The half-edges of a tile, and the notes about them.
 #[derive(Clone, Copy)]
 pub(crate) struct Passages<'t> {
     space: FreeSpace<'t>,
@@ -58,7 +64,7 @@ pub(crate) struct Passages<'t> {
 }
 
 impl<'t> FreeSpace<'t> {
-    /// What lies beyond the sides of the tile's triangles.
+    /// Returns the passages of the tile's half-edges.
     #[inline]
     pub(crate) fn passages(self) -> Passages<'t> {
         Passages {
@@ -69,13 +75,13 @@ impl<'t> FreeSpace<'t> {
 }
 
 impl<'t> Passages<'t> {
-    /// The tile.
+    /// Returns the free space of the tile.
     #[inline]
     pub(crate) fn space(self) -> FreeSpace<'t> {
         self.space
     }
 
-    /// What lies beyond a side.
+    /// Returns what is beyond a half-edge.
     #[inline]
     pub(crate) fn twin(self, half_edge: HalfEdge) -> Passage {
         let noted = match self.noted.half_edges[half_edge.index()].get(NoteKind::Passage) {
@@ -94,13 +100,14 @@ impl<'t> Passages<'t> {
         }
     }
 
-    /// Whether dead ends are marked: not where there are so many sides that the mark would be one's number.
+    /// Returns whether dead ends can be marked: not if the tile has so many half-edges that the
+    /// mark would be part of an index.
     #[inline]
     fn may_mark(self) -> bool {
         self.noted.half_edges.len() <= DEAD_END as usize
     }
 
-    /// The corner that a side starts at.
+    /// Returns the origin of a half-edge.
     #[inline]
     pub(crate) fn corner(self, half_edge: HalfEdge) -> VertexIndex {
         let noted = &self.noted.half_edges[half_edge.index()];
@@ -110,7 +117,7 @@ impl<'t> Passages<'t> {
         })
     }
 
-    /// Finds out what lies beyond a side.
+    /// Determines what is beyond a half-edge, and notes it.
     #[cold]
     fn note(self, half_edge: HalfEdge) -> u32 {
         let beyond = match self.space.twin(half_edge) {
@@ -123,7 +130,8 @@ impl<'t> Passages<'t> {
         self.noted.half_edges[half_edge.index()].note(NoteKind::Passage, beyond)
     }
 
-    /// Whether two sides have the same ends, and the triangle of the other one lies on its left.
+    /// Returns whether two half-edges have the same ends, and the triangle of `other` is
+    /// counter-clockwise.
     fn agree(self, half_edge: HalfEdge, other: HalfEdge) -> bool {
         let [from, to] = [half_edge, half_edge.next()].map(|half_edge| self.corner(half_edge));
         let corners = HalfEdge::of_triangle(other.triangle()).map(|half_edge| self.corner(half_edge));
@@ -133,7 +141,8 @@ impl<'t> Passages<'t> {
         is_same(from, from_there) && is_same(to, to_there) && orient2d(a, b, c) == Orientation::CounterClockwise
     }
 
-    /// A search comes to the tile: whether dead ends are known in it, from now on.
+    /// Counts the visit of a search to the tile. Returns whether the dead ends of the tile are
+    /// known from now on.
     pub(crate) fn visit(self) -> bool {
         if self.noted.knows_dead_ends.load(Ordering::Acquire) {
             return true;
@@ -145,23 +154,24 @@ impl<'t> Passages<'t> {
         is_time
     }
 
-    /// Marks dead ends. Only one search may do so.
+    /// Marks dead ends. Only one search may call this.
     fn find_dead_ends(self) {
-        // Where nothing is blocked, nothing is a dead end.
+        // Without blocked edges there are no dead ends.
         if self.space.may_block() && self.may_mark() {
             self.mark_dead_ends();
         }
         self.noted.knows_dead_ends.store(true, Ordering::Release);
     }
 
-    /// A triangle, and those by which one comes to it if it is in a dead end, up to the first one that is not.
+    /// Returns `triangle`, followed by the triangles that lead out of its dead end, if it lies in
+    /// one, up to the first that is not in the dead end.
     pub(crate) fn way_in(self, triangle: TriangleId) -> Vec<TriangleId> {
         let mut way = Vec::new();
         let mut triangle = triangle;
         for _ in 0..self.space.tile.triangle_count() {
             way.push(triangle);
             let half_edges = HalfEdge::of_triangle(triangle);
-            // From inside, the only way out is not marked.
+            // The only exit from inside a dead end is not marked.
             let out = half_edges
                 .into_iter()
                 .map(|half_edge| self.twin(half_edge))
@@ -177,12 +187,12 @@ impl<'t> Passages<'t> {
         way
     }
 
-    /// Takes away triangles that have one way out, and then those that have one way out without them, and so on.
+    /// Removes triangles with one exit, then those with one exit left, and so on.
     fn mark_dead_ends(self) {
         let is_site: Vec<bool> = self.space.site_marks();
         let ways = |triangle: TriangleId| -> u8 {
             let half_edges = HalfEdge::of_triangle(triangle);
-            // What is not a side of the tile, nor blocked, is a way out that stays.
+            // A half-edge that is not blocked and has no twin in the tile is an exit that stays.
             let count = half_edges.map(|half_edge| match self.twin(half_edge) {
                 Passage::Blocked => 0,
                 Passage::HalfEdge(_) | Passage::DeadEnd(_) => 1,
@@ -226,7 +236,7 @@ impl<'t> Passages<'t> {
 }
 
 impl FreeSpace<'_> {
-    /// Whether a side may be blocked.
+    /// Returns whether any edge of the tile may block.
     fn may_block(self) -> bool {
         let mut components = 0..self.tile.component_count();
         !self.outside_is_free

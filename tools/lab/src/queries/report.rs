@@ -83,8 +83,8 @@ struct Group<'a> {
 fn groups(costs: &[Cost]) -> Vec<Group<'_>> {
     let mut groups: Vec<Group> = Vec::new();
     for cost in costs {
-        let is_its = |group: &&mut Group| group.requested == cost.requested && group.method == cost.method;
-        match groups.iter_mut().find(is_its) {
+        let is_same_group = |group: &&mut Group| group.requested == cost.requested && group.method == cost.method;
+        match groups.iter_mut().find(is_same_group) {
             Some(group) => group.costs.push(cost),
             None => groups.push(Group {
                 requested: cost.requested,
