@@ -6,9 +6,9 @@
 //! the error is returned to the caller that needed the room, or from [`flush`](EditCache::flush).
 //!
 //! ```text
-//!     edit ─▶ Edit ── dropped, changed ─▶ dirty ── no room, or flush ─▶ write_back ── saved ─▶ clean
-//!                                          ▲                               │
-//!                                          └──────────── failed ───────────┘
+//!  edit ─▶ Edit ── dropped, changed ─▶ dirty ── no room, or flush ─▶ write_back ── saved ─▶ clean
+//!                                       ▲                               │
+//!                                       └──────────── failed ───────────┘
 //! ```
 //!
 //! A clean value may be evicted. `state.rs` has the complete diagram.
