@@ -30,7 +30,9 @@ pub enum ConstraintError {
     #[error(transparent)]
     Split(#[from] SplitError),
     /// A batch has polygon numbers for some of its segments only.
-    #[error("a batch has {segments} segments by their ends, and {polygons} numbers of polygons")]
+    #[error(
+        "a batch has {segments} segments by their ends, but {polygons} polygon numbers; give one for each segment, or none"
+    )]
     PolygonNumbers {
         /// Number of segments that are given by their ends.
         segments: usize,
@@ -38,7 +40,7 @@ pub enum ConstraintError {
         polygons: usize,
     },
     /// An end of a segment is not a valid point.
-    #[error("an end of segment {segment} at ({}, {}) is no valid point", point.x, point.y)]
+    #[error("an end of segment {segment} at ({}, {}) is not a valid point", point.x, point.y)]
     InvalidEnd {
         /// The number of the segment, from 0.
         segment: u64,
@@ -54,7 +56,7 @@ pub enum ConstraintError {
         z: f64,
     },
     /// The number of a line is larger than a file can store.
-    #[error("segment {segment} belongs to line {line}, and lines are numbered up to {max}", max = EdgeSource::MAX_NUMBER)]
+    #[error("segment {segment} belongs to line {line}, but the largest line number is {max}", max = EdgeSource::MAX_NUMBER)]
     LineNumber {
         /// The number of the segment, from 0.
         segment: u64,
@@ -62,7 +64,9 @@ pub enum ConstraintError {
         line: u64,
     },
     /// A batch has another number of z or of lines than of segments.
-    #[error("a batch has {segments} segments, pairs of z for {z} and lines for {lines}")]
+    #[error(
+        "a batch has {segments} segments, but {z} pairs of z and {lines} line numbers; give a line number for each segment, and a pair of z for each or for none"
+    )]
     SegmentBatch {
         /// Number of segments.
         segments: usize,
@@ -72,7 +76,7 @@ pub enum ConstraintError {
         lines: usize,
     },
     /// A segment refers to a record for which there is no point.
-    #[error("segment {segment} joins record {record}, and there is no point with that number")]
+    #[error("segment {segment} refers to record {record}, but no point has that record number")]
     NoSuchRecord {
         /// The number of the segment among those given by record numbers, from 0.
         segment: u64,
@@ -97,9 +101,9 @@ impl ConstraintError {
 pub enum SplitError {
     /// Some segments still cross after the last round.
     #[error(
-        "{crossings} pairs of segments still cross after they were split {rounds} times, one at ({}, {}): lines lie too \
-         close to each other there to be told apart by their coordinates; leave some of them out, or move the coordinates \
-         closer to zero, where they are finer",
+        "{crossings} pairs of segments still cross after they were split {rounds} times, one at ({}, {}): lines are too \
+         close to each other there to be distinguished by their coordinates; leave some of them out, or move the \
+         coordinates closer to zero, where they are finer",
         point.x, point.y
     )]
     StillCrossing {
@@ -111,7 +115,7 @@ pub enum SplitError {
         point: Point,
     },
     /// There are more crossings than allowed.
-    #[error("more than {limit} pairs of segments cross; look for the wrong ones, or allow more memory")]
+    #[error("more than {limit} pairs of segments cross; check the input for wrong segments, or allow more memory")]
     TooMany {
         /// Largest number of pairs that may cross in one round.
         limit: usize,

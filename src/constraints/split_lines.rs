@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn z_changes_evenly_along_a_segment() {
+    fn z_is_linear_along_a_segment() {
         for (ends, z, at, expected) in [
             ([[0.0, 0.0], [8.0, 4.0]], [10.0, 30.0], [2.0, 1.0], 15.0),
             ([[0.0, 0.0], [-4.0, 8.0]], [10.0, 30.0], [-1.0, 2.0], 15.0),
@@ -424,7 +424,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_line_with_z_says_how_high_a_point_lies() {
+    fn the_first_line_with_z_determines_the_z_of_a_point() {
         let segments = vec![
             segment([[0.0, 0.0], [4.0, 4.0]], [NO_Z; 2], 1),
             segment([[0.0, 4.0], [4.0, 0.0]], [10.0, 30.0], 3),

@@ -29,7 +29,7 @@ pub enum EditError {
         source: Arc<io::Error>,
     },
     /// Another editor has the file locked.
-    #[error("{file}: somebody else is changing it; try again later", file = shown::path(.0))]
+    #[error("{file}: another editor has it locked; try again later", file = shown::path(.0))]
     Busy(PathBuf),
     /// The end of a line lies outside the hull of the file's vertices.
     #[error("a line has an end at ({x}, {y}), outside the hull of the file's vertices; build it with the line from the start", x = point.x, y = point.y)]
@@ -41,7 +41,7 @@ pub enum EditError {
     },
     /// With the ends of lines, a tile would be too large.
     #[error(
-        "with the ends of lines, a tile would have {vertices} vertices, and {most} are the most; build the file with the lines from the start"
+        "with the ends of lines, a tile would have {vertices} vertices, but at most {most} are possible; build the file with the lines from the start"
     )]
     TooMany {
         /// Number of vertices that the tile would have.
@@ -51,8 +51,8 @@ pub enum EditError {
     },
     /// Ends of lines have no z, but the file's vertices have z.
     #[error(
-        "an end at ({}, {}) has no z, and no vertex lies there; {count} ends would get z = 0, and the file has z; give z to \
-         all, or allow that they get z = 0 (--missing-z zero)",
+        "an end at ({}, {}) has no z, and no vertex is there; {count} ends would get z = 0, although the file has z; give \
+         z to all ends, or allow z = 0 (--missing-z zero)",
         point.x, point.y
     )]
     NoZ {
@@ -86,8 +86,8 @@ pub enum EditError {
     },
     /// Polygons are inside out.
     #[error(
-        "it is inside out at ({}, {}): a hole of it lies outside of it or in another of its holes, or a ring of it runs round \
-         there the other way; {} polygons are inside out",
+        "it is inside out at ({}, {}): one of its holes is outside the polygon or inside another hole, or one of its rings \
+         has the opposite direction there; {} polygons are inside out",
         .0.first.point.x, .0.first.point.y, .0.polygons
     )]
     Inverted(InvertedPolygons),
@@ -101,7 +101,7 @@ pub enum EditError {
     #[error(transparent)]
     Constraint(#[from] ConstraintError),
     /// The file has no triangles that lines could cross.
-    #[error("{file}: it has no triangles, since all its vertices lie on one line; build it with the lines", file = shown::path(.0))]
+    #[error("{file}: its vertices are collinear, so it has no triangles; build it with the lines", file = shown::path(.0))]
     NoTriangles(PathBuf),
     /// The edit was cancelled.
     #[error("cancelled")]

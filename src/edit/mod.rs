@@ -4,7 +4,7 @@
 //! unchanged.
 //!
 //! ```text
-//!   segments ─▶ new vertices at ends (vertices) ─▶ segments in curve order ─▶ strips (strip, patch)
+//!   segments ─▶ vertices at ends (vertices) ──▶ segments in curve order ─▶ strips (strip, patch)
 //!                                                                        │  ▲
 //!   file ──── tiles in use, in a cache that evicts the least recent ◀────▼──┘ (tiles, tile)
 //!     ▲                                                                  │
@@ -18,7 +18,6 @@
 //! sees its former state.
 
 mod contradiction;
-
 mod disk;
 mod editor;
 mod ends;

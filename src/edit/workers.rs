@@ -46,6 +46,6 @@ impl Workers {
         let _ = self.jobs.send(Box::new(move || drop(reply.send(compute()))));
         computed
             .await
-            .map_err(|_| EditError::Internal("a tile could not be put together".to_owned()))
+            .map_err(|_| EditError::Internal("a tile could not be computed".to_owned()))
     }
 }

@@ -99,7 +99,7 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
         #[test]
-        fn the_ten_smallest_are_kept_in_any_order(
+        fn the_ten_smallest_crossings_are_kept_whatever_their_order(
             pairs in prop::collection::vec((0u64..8, 0u64..8, 0u8..3), 0..60),
             at in 0usize..60,
         ) {

@@ -6,11 +6,11 @@
 //! block.
 //!
 //! ```text
-//! push          ─▶ ends, z, source ─────────────────────────────────┐
-//! push_between  ─▶ sources ─────────────────────────────────────────┤ spool     ─▶ ends
-//!               ─▶ join: parts of consecutive ends                  ├─▶ for_each_chunk
-//!                    (record, end), sorted ─┐                       │     distribute ─▶ blocks by cell
-//! points        ─▶ resolve ─────────────────┴─▶ (end, position) ────┘
+//! push          ─▶ ends, z, source ───────────────────────────────┐
+//! push_between  ─▶ sources ───────────────────────────────────────┤ spool   ─▶ ends
+//!               ─▶ join: parts of consecutive ends                ├─▶ for_each_chunk
+//!                    (record, end), sorted ─┐                     │   distribute ─▶ blocks by cell
+//! points        ─▶ resolve ─────────────────┴─▶ (end, position) ──┘
 //! ```
 //!
 //! All data is in chunks (`chunk_store`). They stay in memory as long as they fit there. Further

@@ -134,12 +134,12 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn few_on_a_small_grid(segments in prop::collection::vec(small(), 0..60)) {
+    fn crossings_of_few_segments_on_a_grid_equal_brute_force(segments in prop::collection::vec(small(), 0..60)) {
         check(&segments);
     }
 
     #[test]
-    fn few_floats(segments in prop::collection::vec(float(), 0..60)) {
+    fn crossings_of_few_float_segments_equal_brute_force(segments in prop::collection::vec(float(), 0..60)) {
         check(&segments);
     }
 
@@ -161,7 +161,7 @@ proptest! {
 }
 
 #[test]
-fn the_search_can_be_broken_off() {
+fn the_callback_can_stop_the_search() {
     let comb: Vec<[Point; 2]> = (0..300).map(|i| [point([i, 0]), point([i, 9])]).collect();
     let mut segments = comb.clone();
     segments.extend((0..300).map(|i| [Point::new(-1.0, f64::from(i) / 50.0 + 1.0), Point::new(300.0, 2.0)]));

@@ -105,7 +105,7 @@ fn edges_of_a_mesh_do_not_cross() {
 }
 
 #[test]
-fn many_short_ones() {
+fn many_short_segments_take_few_tests() {
     let mut random = Random(2);
     let segments: Vec<_> = (0..40_000).map(|_| random.short(0.01)).collect();
     check(&segments);
@@ -113,7 +113,7 @@ fn many_short_ones() {
 }
 
 #[test]
-fn long_ones_across_short_ones() {
+fn long_segments_across_short_ones_take_few_tests() {
     let mut random = Random(3);
     let mut segments: Vec<_> = (0..20_000).map(|_| random.short(0.01)).collect();
     segments.extend((0..60).map(|_| [random.point(), random.point()]));
@@ -123,14 +123,14 @@ fn long_ones_across_short_ones() {
 }
 
 #[test]
-fn only_long_ones() {
+fn crossings_of_long_segments_equal_brute_force() {
     let mut random = Random(4);
     let segments: Vec<_> = (0..400).map(|_| [random.point(), random.point()]).collect();
     check(&segments);
 }
 
 #[test]
-fn integers_with_all_kinds_of_touches() {
+fn crossings_among_touching_integer_segments_equal_brute_force() {
     let mut random = Random(5);
     let mut coordinate = |most: u64| (random.next() % most) as i32;
     let segments: Vec<_> = (0..20_000)
@@ -143,7 +143,7 @@ fn integers_with_all_kinds_of_touches() {
 }
 
 #[test]
-fn stars() {
+fn stars_take_few_tests() {
     let mut random = Random(6);
     let centre = Point::new(0.25, 0.5);
     let even = star(20_000, centre, || 1.0);
@@ -160,7 +160,7 @@ fn stars() {
 }
 
 #[test]
-fn a_star_with_something_between_its_rays() {
+fn segments_between_the_rays_of_a_star_take_few_tests() {
     let rays = 4000;
     let mut segments = star(rays, Point::new(0.0, 0.0), || 1.0);
     for i in 0..rays {
@@ -172,7 +172,7 @@ fn a_star_with_something_between_its_rays() {
 }
 
 #[test]
-fn two_stars_that_face_each_other() {
+fn two_facing_stars_take_few_tests() {
     let between = |i: i32| Point::new(0.5, f64::from(i) / 20_000.0);
     let mut segments: Vec<_> = (0..20_000).map(|i| [Point::new(0.0, 0.0), between(i)]).collect();
     segments.extend((0..20_000).map(|i| [Point::new(1.0, 0.0), between(i)]));
@@ -181,7 +181,7 @@ fn two_stars_that_face_each_other() {
 }
 
 #[test]
-fn combs() {
+fn combs_of_any_slope_take_few_tests() {
     for [x, y] in [[0, 1], [1, 0], [1, 1], [-7, 3]] {
         let along = |i: f64, at: f64| {
             Point::new(
@@ -200,7 +200,7 @@ fn combs() {
 }
 
 #[test]
-fn the_same_again_and_again() {
+fn equal_segments_are_tested_once() {
     let (a, b) = (point([0, 0]), point([3, 1]));
     let mut segments = vec![[a, b]; 10_000];
     segments.extend(vec![[b, a]; 10_000]);
@@ -211,7 +211,7 @@ fn the_same_again_and_again() {
 }
 
 #[test]
-fn overlapping_chains() {
+fn overlapping_chains_do_not_cross() {
     let segments: Vec<_> = (0..20_000)
         .map(|i| [point([i, 2 * i]), point([i + 4, 2 * i + 8])])
         .collect();
@@ -220,7 +220,7 @@ fn overlapping_chains() {
 }
 
 #[test]
-fn clusters_within_clusters() {
+fn crossings_in_nested_clusters_equal_brute_force() {
     let mut random = Random(8);
     let mut segments = Vec::new();
     for level in 0..40 {
@@ -234,7 +234,7 @@ fn clusters_within_clusters() {
 /// Segments so close together that a grid cannot distinguish their positions, and long ones whose
 /// rounding is far too coarse for the grid.
 #[test]
-fn a_few_units_in_the_last_place() {
+fn crossings_within_a_few_units_in_the_last_place_equal_brute_force() {
     let mut random = Random(9);
     let unit = 2f64.powi(-33);
     let mut near = || 1e6 + (random.next() % 64) as f64 * unit;

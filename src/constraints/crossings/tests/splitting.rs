@@ -120,20 +120,20 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn segments_on_a_small_grid(segments in prop::collection::vec(small(), 1..40), order in order()) {
+    fn splitting_segments_on_a_grid_keeps_all_guarantees(segments in prop::collection::vec(small(), 1..40), order in order()) {
         check_split(&segments);
         check_order(&segments, &order);
     }
 
     #[test]
-    fn floats(segments in prop::collection::vec(float(), 1..40), order in order()) {
+    fn splitting_float_segments_keeps_all_guarantees(segments in prop::collection::vec(float(), 1..40), order in order()) {
         check_split(&segments);
         check_order(&segments, &order);
     }
 
     /// Only integers are representable in this range.
     #[test]
-    fn coarse_numbers(segments in prop::collection::vec(small(), 1..40), order in order()) {
+    fn splitting_coarse_coordinates_keeps_all_guarantees(segments in prop::collection::vec(small(), 1..40), order in order()) {
         let coarse = |p: Point| Point::new(p.x + 2f64.powi(52), p.y + 2f64.powi(52));
         let segments: Vec<_> = segments.iter().map(|segment| segment.map(coarse)).collect();
         check_split(&segments);
@@ -192,7 +192,7 @@ fn the_number_of_crossings_is_limited() {
 
 /// The crossing point is rounded to an end of one segment, so only the other segment is bent.
 #[test]
-fn a_point_that_is_rounded_to_an_end_makes_no_piece_without_length() {
+fn a_point_that_is_rounded_to_an_end_makes_no_subsegment_of_zero_length() {
     let one = 1.0f64.next_up();
     let segments = [
         [Point::new(0.0, 0.0), Point::new(one, one)],
@@ -204,7 +204,7 @@ fn a_point_that_is_rounded_to_an_end_makes_no_piece_without_length() {
 
 /// Two walls that end on a third one stay on it when it is bent.
 #[test]
-fn ends_on_what_is_bent_stay_on_it() {
+fn ends_on_a_bent_segment_stay_on_it() {
     let wall = [point([0, 0]), point([7, 21])];
     let segments = [
         wall,
@@ -238,7 +238,7 @@ fn split_in_rounds<T: Copy>(
 }
 
 #[test]
-fn points_on_segments_that_are_bent_cut_them() {
+fn points_on_bent_segments_cut_them() {
     let p = Point::new;
     // The crossing point of the first two has an x that is not a double. The third crosses nothing.
     let segments = [

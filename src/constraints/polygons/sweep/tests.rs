@@ -77,7 +77,7 @@ proptest! {
     /// On both sides of each swept part, the windings equal those that a ray counts, and no part is
     /// left out.
     #[test]
-    fn windings_are_those_that_a_ray_counts(segments in rings(), cuts in prop::collection::vec(-1i32..8, 0..3)) {
+    fn windings_equal_those_that_a_ray_counts(segments in rings(), cuts in prop::collection::vec(-1i32..8, 0..3)) {
         let sweep = Sweep::new(segments.iter().copied());
         let mut parts = Vec::new();
         let outcome = sweep.run(None, &mut |part| parts.push(part));
@@ -129,7 +129,7 @@ proptest! {
 
     /// The result does not depend on the memory.
     #[test]
-    fn polygons_on_the_disk_are_swept_as_in_memory(polygons in prop::collection::vec(rings(), 1..4)) {
+    fn polygons_on_the_disk_have_the_same_faults_as_in_memory(polygons in prop::collection::vec(rings(), 1..4)) {
         let folder = tempfile::tempdir().unwrap();
         let faults = |memory: u64| {
             let mut check = PolygonCheck::new(folder.path(), memory);
@@ -192,7 +192,7 @@ fn faces_are_counted_once() {
 
 /// More edges above each other than one list of the status has.
 #[test]
-fn a_comb_with_many_teeth() {
+fn a_comb_with_many_teeth_has_no_negative_winding() {
     let mut corners = Vec::new();
     for tooth in 0..2000 {
         let y = f64::from(tooth);

@@ -81,7 +81,7 @@ fn chain(length: u32) -> Vec<Segment> {
 }
 
 #[test]
-fn a_block_that_fits_is_held_once_and_given_away() {
+fn a_block_that_fits_takes_its_exact_size_until_it_is_taken() {
     let folder = tempfile::tempdir().unwrap();
     let tree = KdTree::new(vec![KdNode::Leaf(TileId(0))]).unwrap();
     let all = chain(3000);

@@ -71,7 +71,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn a_segment_meets_what_it_is_not_clipped_away_from(
+    fn a_segment_meets_a_cell_unless_clipping_removes_it(
         segments in segments(),
         (x, y) in (-2i32..12, -2i32..12),
         (width, height) in (0i32..8, 0i32..8),
@@ -108,7 +108,7 @@ proptest! {
 }
 
 #[test]
-fn segments_are_numbered_on() {
+fn segment_numbers_continue_from_batch_to_batch() {
     let mut items: Vec<Item> = (0..64).map(|i| item((i % 8, i / 8))).collect();
     let tree = divide(&mut items, 4, 1).tree;
     let all: Vec<Segment> = (0..5000)

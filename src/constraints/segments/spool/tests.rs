@@ -201,7 +201,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 600, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn segments_come_back_as_they_came(
+    fn segments_come_back_in_their_order(
         steps in prop::collection::vec(step(), 0..16),
         memory in prop::sample::select(vec![0, 500, 4000, 20_000, 1 << 20]),
         numbering in 0usize..5,
@@ -239,7 +239,7 @@ fn long_chain(spool: &mut SegmentSpool, records: u64) -> Vec<PointBatch> {
 }
 
 #[test]
-fn memory_is_bounded_and_told() {
+fn memory_is_bounded_and_reported() {
     const MEMORY: u64 = 256 << 10;
     const RECORDS: u64 = 40_000;
     for order in 0..3 {
@@ -281,7 +281,7 @@ fn memory_is_bounded_and_told() {
 }
 
 #[test]
-fn a_record_may_be_wanted_by_all() {
+fn all_segments_may_share_a_record() {
     let folder = tempfile::tempdir().unwrap();
     let mut spool = SegmentSpool::new(folder.path(), 2000);
     let mut model = Model::default();
@@ -296,7 +296,7 @@ fn a_record_may_be_wanted_by_all() {
 }
 
 #[test]
-fn bad_input_is_refused_and_not_taken() {
+fn bad_input_is_rejected_and_not_added() {
     let folder = tempfile::tempdir().unwrap();
     let mut spool = SegmentSpool::new(folder.path(), 1 << 20);
     let ends = [[Point::new(0.0, 0.0), Point::new(1.0, 1.0)]; 3];
