@@ -66,7 +66,7 @@ fn run(args: &Args) -> anyhow::Result<bool> {
     };
     ensure!(
         tool.is_file(),
-        "{}: there is no tool; build it, or name it with --tool",
+        "{}: there is no tool; build it, or give its path with --tool",
         tool.display()
     );
     let folder = args.folder.clone().unwrap_or_else(env::temp_dir);

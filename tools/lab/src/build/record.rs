@@ -93,7 +93,7 @@ impl Record {
     ) -> anyhow::Result<Self> {
         let has_report = took.ended == Ended::Done && engine != Engine::Peer(Peer::Triangle);
         let parsed = has_report.then(|| serde_json::from_str(&took.output)).transpose();
-        let summary = parsed.with_context(|| format!("{data}: {} tells nothing sensible", engine.name()))?;
+        let summary = parsed.with_context(|| format!("{data}: {} printed no valid report", engine.name()))?;
         Ok(Self {
             engine,
             data,

@@ -128,13 +128,13 @@ impl Page<'_> {
             "# Building: time, bytes and memory\n\n\
              `{}`\n\n\
              Measured with tiletool {} on {}. `tiletool build` had {} and {} threads; {}. Each build is a process of its own, from reading the raw points \
-             to the finished file; the input was thrown out of the page cache before. spade (and `triangle`, where it is installed) read the same file and triangulate in memory: \
-             they keep nothing, so they write nothing. All processes are in [builds.csv](builds.csv), with \
-             `off_cpu_seconds`, the time less the processor time, which is what a program of one thread has as its I/O time.\n\n\
-             *CPU* is processor time of all threads. *Waited* is how long computing threads stood still for the disk, all added up: the \
+             to the finished file; the input was evicted from the page cache before. spade (and `triangle`, if it is installed) read the same file and triangulate in memory: \
+             they keep no result, so they write nothing. All processes are in [builds.csv](builds.csv), with \
+             `off_cpu_seconds`, the time less the processor time, which is the I/O time of a program of one thread.\n\n\
+             *CPU* is the processor time of all threads. *Waited* is the time that computing threads waited for the disk, summed over the threads: the \
              part of the I/O that was not overlapped. Bytes are those that the program read and wrote: input, work files, tiles. *Seam* is the share of \
-             the vertices that tiles hand up, *border* that of the triangles that a merge settles, *held* that of the triangles that segments hold back. \
-             Blocks are what the points were cut into; with 1, all were in memory.\n",
+             the vertices that tiles hand up, *border* that of the triangles that a merge settles, *held* that of the triangles that are held for segments. \
+             The points were divided into blocks; with 1 block, all were in memory.\n",
             machine::command(),
             env!("CARGO_PKG_VERSION"),
             machine::describe(),
@@ -142,7 +142,7 @@ impl Page<'_> {
             m.threads,
             match m.rounds {
                 1 => "each was measured once".to_owned(),
-                rounds => format!("figures are of the middle one of {rounds} by time"),
+                rounds => format!("figures are those of the median of {rounds} by time"),
             },
         );
     }
@@ -186,7 +186,7 @@ impl Page<'_> {
             ("bytes", "bytes read and written", log, log("MiB"), ours(&BYTES)),
             (
                 "shares",
-                "what goes up from the tiles",
+                "vertices and triangles that go up from the tiles",
                 log,
                 linear(SHARE),
                 ours(shares),
@@ -203,10 +203,10 @@ impl Page<'_> {
     /// Says how time grows with the points of each distribution.
     fn growths(&mut self, data: &[Vec<Data>]) {
         for (kind, data) in self.measured.plan.kinds.iter().zip(data) {
-            let [ours, its] = [Engine::Ours, Engine::Peer(Peer::Spade)].map(|engine| self.growth(engine, data));
+            let [ours, spade] = [Engine::Ours, Engine::Peer(Peer::Spade)].map(|engine| self.growth(engine, data));
             let Some(ours) = ours else { continue };
-            self.text += &format!("\nFrom the smallest to the largest, {kind}: time grows as N^{ours:.2}");
-            self.text += &its.map_or_else(String::new, |its| format!(", spade's as N^{its:.2}"));
+            self.text += &format!("\nFrom the smallest to the largest set, {kind}: time grows as N^{ours:.2}");
+            self.text += &spade.map_or_else(String::new, |exponent| format!(", spade's as N^{exponent:.2}"));
             self.text += ".\n";
         }
     }
@@ -233,14 +233,20 @@ impl Page<'_> {
         self.picture("alpha-time", &format!("Time, {title}"), x(), y, times)?;
         let shares = self.lines_of_ours(&data, &SHARES, by_alpha);
         let y = Dimension::from_zero(SHARE);
-        self.picture("alpha-shares", &format!("What goes up, {title}"), x(), y, shares)
+        self.picture(
+            "alpha-shares",
+            &format!("Vertices and triangles that go up, {title}"),
+            x(),
+            y,
+            shares,
+        )
     }
 
     /// Shows results under a hard limit, which ends the engines that work in memory.
     fn limited(&mut self) -> anyhow::Result<()> {
         let limit = &self.measured.limit;
         self.text += &format!(
-            "\n## Under a hard limit of memory\n\nThe same once more on points of the first distribution, {}, with {}. `tiletool build` was told to use {}.\n\n",
+            "\n## Under a hard limit of memory\n\nThe same processes again on points of the first distribution, {}, with {}. `tiletool build` had a budget of {}.\n\n",
             self.measured.plan.kinds.first().map_or("", |kind| kind.name()),
             limit.describe(),
             common::bytes(self.measured.memory)
@@ -265,7 +271,7 @@ impl Page<'_> {
                     engine.name().into(),
                     Cell::Text(match record.took.ended {
                         Ended::Done => "done".to_owned(),
-                        Ended::Failed(code) => format!("gave up (exit code {code})"),
+                        Ended::Failed(code) => format!("failed (exit code {code})"),
                         Ended::Killed(signal) => format!("**killed** (signal {signal})"),
                     }),
                     Cell::Number(record.took.seconds, 2),
@@ -290,14 +296,17 @@ impl Page<'_> {
         });
         let lines = lines.collect();
         let kind = plan.kinds.first().map_or("", |kind| kind.name());
-        let title = format!("{kind}, within {}; a cross: ended", common::bytes(limit.bytes));
+        let title = format!(
+            "{kind}, within {}; a cross: failed or killed",
+            common::bytes(limit.bytes)
+        );
         let (x, y) = (Dimension::logarithmic("points"), Dimension::logarithmic("seconds"));
         self.picture("limit", &title, x, y, lines)
     }
 
     /// Shows published results of others.
     fn published(&mut self) {
-        let mut table = Table::new(["who", "points", "minutes", "points/s", "memory", "on"]);
+        let mut table = Table::new(["source", "points", "minutes", "points/s", "memory", "on"]);
         table.push([
             "Isenburg, Liu, Shewchuk and Snoeyink 2006, streaming".into(),
             500_000_000.into(),
@@ -327,18 +336,18 @@ impl Page<'_> {
                 Cell::Text(format!("{}; points in random order", machine::describe())),
             ]);
         }
-        self.text += "\n## Beside published figures\n\n";
+        self.text += "\n## Comparison with published figures\n\n";
         self.text += &table.markdown();
-        self.text += "\nThese are different machines, twenty years apart, and different tasks: theirs is a triangulation of points that come in the \
-             order of a survey, streamed out as it is made, on one processor and hard drives; ours takes points in any order, keeps an index to read the result by, and uses \
-             all processors and what storage there is now. Points per second do not compare algorithms across that; what does is the memory, \
-             which is bounded in both, and that time grows as the input does. The thesis sets its times beside those of Kumar and Ramos (*I/O-efficient construction of Voronoi diagrams*, \
-             2002), of Delaunay triangulations without constraints; that report was not to be had, so their figures are not repeated here: see section 3.5 of the thesis.\n";
+        self.text += "\nThese are different machines, twenty years apart, and different tasks. Theirs triangulates points in the \
+             order of a survey, and streams the result out as it is made, on one processor and hard drives. Ours takes points in any order, stores an index for reading the result, and uses \
+             all processors and today's storage. So points per second do not compare the algorithms. Two things are comparable: the memory \
+             is bounded in both, and in both the time grows as the input does. The thesis compares its times with those of Kumar and Ramos (*I/O-efficient construction of Voronoi diagrams*, \
+             2002), for Delaunay triangulations without constraints; that report was not available, so their figures are not repeated here: see section 3.5 of the thesis.\n";
     }
 
     fn notes(&mut self) {
         if self.measured.notes.is_empty() {
-            self.text += "\nAll that were not ended count the same triangles and constraint edges.\n";
+            self.text += "\nAll processes that succeeded count the same triangles and constraint edges.\n";
             return;
         }
         self.text += "\n## Notes\n\n";

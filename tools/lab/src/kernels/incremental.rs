@@ -203,7 +203,7 @@ impl Incremental {
             Some(corner) => start.twins[(corner + 1) % 3],
             None => HalfEdge::new(from, 0),
         };
-        if self.is_beyond(at, p) {
+        if self.is_to_the_right(at, p) {
             at = self.twin(at);
         }
         // p is not to the right of the half-edge `at` through which the triangle was entered.
@@ -211,9 +211,9 @@ impl Incremental {
             if self.origin(at.prev()) == GHOST {
                 return at.triangle() as u32;
             }
-            if self.is_beyond(at.next(), p) {
+            if self.is_to_the_right(at.next(), p) {
                 at = self.twin(at.next());
-            } else if self.is_beyond(at.prev(), p) {
+            } else if self.is_to_the_right(at.prev(), p) {
                 at = self.twin(at.prev());
             } else {
                 return at.triangle() as u32;

@@ -16,7 +16,7 @@ pub fn keep(title: &str, costs: &[Cost], folder: &mut Folder) -> anyhow::Result<
     folder.keep("summary.csv", summary.csv());
     let mut page = format!(
         "# Methods for the nearest sites among obstacles\n\n{title}. `{}` on {}. Times are medians, numbers means; all methods \
-         said the same.\n\n{}\n",
+         gave the same answers.\n\n{}\n",
         machine::command(),
         machine::describe(),
         summary.markdown()

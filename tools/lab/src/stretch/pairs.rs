@@ -67,7 +67,7 @@ pub async fn draw(reader: &TileReader, count: usize, seed: u64, at_once: usize) 
     let tries = stream::iter(ends).map(|[from, to]| {
         let (reader, from, to) = (reader.clone(), points[from], points[to]);
         let task = tokio::spawn(async move { measure(&reader, from, to).await });
-        async move { task.await.context("a query broke down")? }
+        async move { task.await.context("a query panicked")? }
     });
     // In the order in which they were drawn, whichever is measured first.
     let mut tries = tries.buffered(at_once);
@@ -94,7 +94,7 @@ async fn measure(reader: &TileReader, from: Point, to: Point) -> anyhow::Result<
     };
     let along = match reader.cdt_distance(from, to, QueryOptions::default()).await {
         Ok(Some(along)) => along,
-        Ok(None) => bail!("no edges lead from {from:?} to {to:?}, but a path does: {path:?}"),
+        Ok(None) => bail!("no edges lead from {from:?} to {to:?}, but there is a path: {path:?}"),
         Err(error @ QueryError::InsideObstacle { .. }) => bail!("there is a path from {from:?} to {to:?}, but {error}"),
         Err(error) => return Err(error.into()),
     };

@@ -229,7 +229,7 @@ async fn sights(reader: &TileReader, points: &[Point], at_once: usize) -> anyhow
             }
             anyhow::Ok(seen)
         });
-        async move { task.await.context("a query broke down")? }
+        async move { task.await.context("a query panicked")? }
     });
     let lists: Vec<_> = seen.buffered(at_once).try_collect().await?;
     Ok(lists.concat())

@@ -55,9 +55,9 @@ fn introduction(reader: &TileReader, name: &str, drawn: &Drawn) -> String {
     let metadata = &reader.directory().metadata;
     format!(
         "# Stretch: {name}\n\n`{}`\n\nThe file has {} vertices, {} triangles, {} of them in obstacles, and {} constraint edges. {} pairs of its vertices were \
-         drawn at random, {} more were not connected. *Geodesic* is the length of the shortest path among the obstacles, by the wave; *CDT* that of the shortest way along edges \
-         of the constrained Delaunay triangulation. Their ratio lies between 1 and {} (Bose and Keil 2006) for each pair, or this page would not be there. \
-         A pair is *blocked* if something stands between its vertices. All pairs are in [pairs.csv](pairs.csv).\n\n",
+         drawn at random; {} more were not connected. *Geodesic* is the length of the shortest path among the obstacles, by the wavefront search; *CDT* that of the shortest path along edges \
+         of the constrained Delaunay triangulation. Their ratio is between 1 and {} (Bose and Keil 2006) for each pair; otherwise the experiment fails. \
+         A pair is *blocked* if an obstacle is between its vertices. All pairs are in [pairs.csv](pairs.csv).\n\n",
         machine::command(),
         thousands(metadata.vertices),
         thousands(metadata.triangles),
