@@ -11,14 +11,14 @@ pub(crate) fn exchange(patch: &mut Patch, tiles: &mut Tiles) -> Result<(), EditE
     for share in &patch.shares {
         let id = share.tile;
         let replaced = tiles.change(id)?.replace(patch, share, &mut positions);
-        let unlinked_one = replaced.map_err(|reason| tiles.damaged(id, reason))?;
-        unlinked.extend(unlinked_one.into_iter().map(|unlinked_one| (id, unlinked_one)));
+        let triangles = replaced.map_err(|reason| tiles.damaged(id, reason))?;
+        unlinked.extend(triangles.into_iter().map(|triangle| (id, triangle)));
         positions.clear(share);
     }
     patch.positions = positions;
     // Edges between two vertices of other tiles: these tiles know the twin.
-    for (id, unlinked_one) in unlinked {
-        let [from, to, _] = unlinked_one;
+    for (id, triangle) in unlinked {
+        let [from, to, _] = triangle;
         let other = tiles.get(from.tile)?;
         let Some(half_edge) = other.half_edge_between(to, from) else {
             continue;
@@ -26,7 +26,7 @@ pub(crate) fn exchange(patch: &mut Patch, tiles: &mut Tiles) -> Result<(), EditE
         let apex = other.origin_vertex(half_edge.prev()).id;
         drop(other);
         if apex.tile == id {
-            let linked = tiles.change(id)?.link(unlinked_one, apex);
+            let linked = tiles.change(id)?.link(triangle, apex);
             linked.map_err(|reason| tiles.damaged(id, reason))?;
         }
     }

@@ -9,8 +9,8 @@ use crate::geometry::{HalfEdge, TriangleId, VertexIndex};
 use crate::mesh::{Topology, Twin};
 use crate::store::{Vertex, VertexId};
 
-/// A new triangle whose first half-edge runs between two vertices of other tiles. Another tile must
-/// tell its twin.
+/// A new triangle whose first half-edge runs between two vertices of other tiles. Its twin
+/// must be looked up in another tile.
 pub(crate) type Unlinked = [VertexId; 3];
 
 impl EditTile {
@@ -33,8 +33,8 @@ impl EditTile {
         self.take_out(patch, old, positions)?;
         self.put_in(patch, new, positions);
         let unlinked = self.join(patch, new, positions);
-        // A half-edge that was the twin of an old triangle may get a new twin without a vertex in
-        // this tile.
+        // The twin of a half-edge at the boundary may now be in a triangle without a vertex in this
+        // tile.
         for (replacement, twin) in replaced_at_boundary(patch, old, positions) {
             if positions.half_edge_of_new(replacement).is_none() {
                 self.set_twin(twin, Twin::Elsewhere);

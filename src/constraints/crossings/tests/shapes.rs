@@ -200,7 +200,7 @@ fn combs_of_any_slope_take_few_tests() {
 }
 
 #[test]
-fn equal_segments_are_tested_once() {
+fn copies_of_one_segment_take_few_tests() {
     let (a, b) = (point([0, 0]), point([3, 1]));
     let mut segments = vec![[a, b]; 10_000];
     segments.extend(vec![[b, a]; 10_000]);

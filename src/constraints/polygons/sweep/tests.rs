@@ -192,7 +192,7 @@ fn faces_are_counted_once() {
 
 /// More edges above each other than one list of the status has.
 #[test]
-fn a_comb_with_many_teeth_has_no_negative_winding() {
+fn a_status_of_many_lists_gives_the_same_windings() {
     let mut corners = Vec::new();
     for tooth in 0..2000 {
         let y = f64::from(tooth);
