@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::common::{self, MemoryArgs};
 
-/// Print a digest of the triangulation, which does not depend on the tiles
+/// Print a digest of the triangulation, independent of its tiles
 ///
 /// Files with the same triangulation have the same digest, whatever the tile size, memory, threads
 /// or engine of their builds.

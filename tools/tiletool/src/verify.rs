@@ -117,9 +117,9 @@ impl VerifyReport {
         }
         if self.regions > 0 {
             text += &format!(
-                "{}, separated only by constraints; {}, each for a valid reason\n",
+                "{}, separated only by constraints; all holes ({}) are due to obstacles, hole points or the exterior\n",
                 counted(self.regions, "region", "regions"),
-                counted(self.hole_regions, "hole", "holes"),
+                thousands(self.hole_regions),
             );
         }
         if let Some(points) = self.input_points.map(thousands) {

@@ -9,7 +9,7 @@ mod report;
 
 use clap::{Args, Subcommand};
 
-/// Measure how fast tile files are read on this machine, compared with its devices
+/// Measure how fast tile files are read, compared with the bare device
 #[derive(Args, Clone, Debug)]
 pub struct BenchArgs {
     #[command(subcommand)]

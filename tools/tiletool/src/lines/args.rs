@@ -12,33 +12,31 @@ use crate::common;
 
 /// Files of lines.
 #[derive(Args, Clone, Debug)]
-#[command(next_help_heading = "Lines and sites")]
 pub struct LineFiles {
     /// File of break lines, which do not block paths; may be repeated
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = "Lines and sites")]
     segments: Vec<PathBuf>,
     /// File of walls, which block paths; may be repeated
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = "Lines and sites")]
     walls: Vec<PathBuf>,
     /// GeoJSON file of polygons whose interiors are holes and whose rings block paths; may be
     /// repeated
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = "Lines and sites")]
     obstacles: Vec<PathBuf>,
 }
 
 /// Files of lines and sites.
 #[derive(Args, Clone, Debug)]
-#[command(next_help_heading = "Lines and sites")]
 pub struct LineArgs {
     #[command(flatten)]
     files: LineFiles,
     /// File of sites, which are points with an id, as GeoJSON or as text with rows x,y[,id]; may be
     /// repeated
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = "Lines and sites")]
     sites: Vec<PathBuf>,
     /// Column or property that holds a site's id [default: third column of text, otherwise the
     /// number of the record]
-    #[arg(long, value_name = "FIELD", requires = "sites")]
+    #[arg(long, value_name = "FIELD", requires = "sites", help_heading = "Lines and sites")]
     site_id: Option<String>,
 }
 

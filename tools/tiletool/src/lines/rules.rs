@@ -31,7 +31,6 @@ impl MissingZArgs {
 
 /// The treatment of lines by a build.
 #[derive(Args, Clone, Debug)]
-#[command(next_help_heading = "Lines and sites")]
 pub struct LineRules {
     /// How to treat lines that cross: error or split
     ///
@@ -39,6 +38,7 @@ pub struct LineRules {
     #[arg(
         long,
         value_name = "error|split",
+        help_heading = "Lines and sites",
         default_value = "error",
         hide_possible_values = true,
         value_parser = choice([("error", Crossings::Error), ("split", Crossings::Split)])
@@ -51,6 +51,7 @@ pub struct LineRules {
     #[arg(
         long,
         value_name = "never|borders",
+        help_heading = "Lines and sites",
         default_value = "never",
         hide_possible_values = true,
         value_parser = choice([("never", Steiner::Never), ("borders", Steiner::Borders)])
@@ -60,6 +61,7 @@ pub struct LineRules {
     #[arg(
         long = "exterior",
         value_name = "keep|hole",
+        help_heading = "Lines and sites",
         default_value = "keep",
         hide_possible_values = true,
         action = ArgAction::Set,

@@ -20,7 +20,7 @@ pub enum QueryCommand {
         after_help = "Examples:\n  tiletool query knn town.tiles --at 3.5,-4 -k 3\n  tiletool query knn town.tiles --batch homes.csv -k 1 --csv"
     )]
     Knn(KnnArgs),
-    /// Find all sites within a walking distance, and the area within it
+    /// Find all sites, and optionally the area, within a walking distance
     #[command(after_help = "Example:\n  tiletool query range town.tiles --at 7,7 --radius 500 --area --plot reach.png")]
     Range(RangeArgs),
     /// Find a shortest path between two points
