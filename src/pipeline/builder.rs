@@ -397,7 +397,7 @@ impl Builder {
     }
 }
 
-/// Returns an error if a polygon is invalid: an open ring first, then an inverted polygon.
+/// Returns an error if a polygon is invalid: an open ring first, then one that is inside out.
 fn check_polygons(faults: PolygonFaults) -> Result<(), BuildError> {
     match (faults.open, faults.inverted) {
         (Some(obstacle), _) => Err(BuildError::OpenRing { obstacle }),

@@ -47,8 +47,8 @@ pub(crate) struct Given {
     pub(crate) borders: Vec<[Point; 2]>,
     /// Number of points at which segments were split.
     pub(crate) split_points: u64,
-    /// Inverted obstacles, provided that no rings cross where there is no vertex. Such crossings
-    /// are reported first.
+    /// Obstacles that are inside out, provided that no rings cross where there is no vertex. Such
+    /// crossings are reported first.
     pub(crate) inverted_if_uncrossed: Option<InvertedPolygons>,
     /// Result of correcting inverted obstacles.
     pub(crate) repair: PolygonRepair,

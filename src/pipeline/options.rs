@@ -418,8 +418,7 @@ impl Progress {
         self.points.load(Ordering::Relaxed)
     }
 
-    /// Asks the build to stop. It then returns
-    /// [`BuildError::Cancelled`](crate::pipeline::error::BuildError::Cancelled).
+    /// Asks the build to stop. It then returns [`BuildError::Cancelled`].
     pub fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
     }

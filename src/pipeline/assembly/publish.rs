@@ -105,7 +105,7 @@ impl Assembly {
         })
     }
 
-    /// Gives the file its name, unless the build was cancelled, an obstacle is inverted, or the
+    /// Gives the file its name, unless the build was cancelled, an obstacle is inside out, or the
     /// output has come into existence.
     fn give_name(&self) -> Result<(), BuildError> {
         if let Some(inverted) = self.given.inverted_if_uncrossed {

@@ -28,9 +28,10 @@ impl SeamGrowth {
     }
 
     /// Estimates the memory that merging the root of `points` points takes, if seams grow nearly as
-    /// fast as cells: it extends the regression line through the logarithms of cells and seams to
-    /// half of all points. Returns `None` if seams grow slower, or if the cells so far are too
-    /// similar: the largest must have `spread` times the vertices of the smallest.
+    /// fast as cells. It extends a line from the largest cells to half of all points; the slope is
+    /// that of the regression through the logarithms of cells and seams, at most 1. Returns `None`
+    /// if seams grow slower, or if the cells so far are too similar: the largest must have `spread`
+    /// times the vertices of the smallest.
     pub(crate) fn root_bytes(&self, points: u64, spread: f64) -> Option<u64> {
         /// Smallest exponent that indicates curves. Areas have an exponent of a half, and few cells
         /// give a rough estimate.

@@ -1,8 +1,8 @@
 //! Vertices without z when others have it, found before anything is triangulated.
 //!
 //! Until a vertex is written, the z of a point, a line's end, a crossing point or a site without z
-//! is [`NO_Z`]. The [rule](DuplicateRule) selects one of several points at the same position as the
-//! vertex. If that point has no z, the vertex has none.
+//! is [`NO_Z`](crate::constraints::without_z::NO_Z). The [rule](DuplicateRule) selects one of
+//! several points at the same position as the vertex. If that point has no z, the vertex has none.
 
 use crate::constraints::segment::Segment;
 use crate::constraints::without_z::{VertexWithoutZ, WithoutZ};
