@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn touching_counts_and_a_gap_does_not() {
+    fn a_touching_rectangle_meets_a_triangle_and_a_separate_one_does_not() {
         let triangle = [Point::new(0.0, 0.0), Point::new(4.0, 0.0), Point::new(0.0, 4.0)];
         let infinite = f64::INFINITY;
         for (rect, expected) in [

@@ -15,7 +15,7 @@ use crate::collections::mix::Mix;
 use crate::geometry::{HalfEdge, Rect};
 use crate::store::{Directory, Metadata, Tile, TileId, TileReader, VertexId};
 
-/// The number of tiles that a query holds, so that the cache cannot evict them.
+/// The number of tiles that a query holds, independently of the cache.
 const HELD: usize = 2;
 /// The maximum number of tiles that are prefetched at once.
 const AHEAD: usize = 2;

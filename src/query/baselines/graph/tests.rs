@@ -310,7 +310,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn walls_on_a_grid(
+    fn search_agrees_with_brute_force_on_grid_walls(
         walls in prop::collection::vec((0..6, 0..6, 0..6, 0..6).prop_map(|(a, b, c, d)| [(a, b), (c, d)]), 0..12),
         open in prop::collection::vec((0..6, 0..6), 1..5),
     ) {
@@ -318,7 +318,7 @@ proptest! {
     }
 
     #[test]
-    fn short_walls_on_a_grid(
+    fn search_agrees_with_brute_force_on_short_grid_walls(
         walls in prop::collection::vec((0..5, 0..5, -1..2, -1..2).prop_map(|(a, b, c, d)| [(a, b), (a + c, b + d)]), 0..25),
         open in prop::collection::vec((0..5, 0..5), 1..4),
     ) {
@@ -326,7 +326,7 @@ proptest! {
     }
 
     #[test]
-    fn walls_anywhere(
+    fn search_agrees_with_brute_force_on_walls_anywhere(
         walls in prop::collection::vec((0..1000, 0..1000, 0..1000, 0..1000).prop_map(|(a, b, c, d)| [(a, b), (c, d)]), 0..20),
         open in prop::collection::vec((0..1000, 0..1000), 1..4),
     ) {
