@@ -128,7 +128,7 @@ impl Stars {
             stars.points.extend([[x, -9000], [x, 9000]]);
         }
         for index in (1..stars.lines.len()).rev() {
-            stars.lines.swap(place, below(random, place as u64 + 1) as usize);
+            stars.lines.swap(index, below(random, index as u64 + 1) as usize);
         }
         // In half of the sets the ends are points too.
         if below(random, 2) == 0 {

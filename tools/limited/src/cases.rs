@@ -245,7 +245,7 @@ fn cells(count: u64) -> impl Iterator<Item = (f64, f64, f64)> {
     let columns = count.max(1).isqrt();
     let width = 0.98 / columns as f64;
     (0..columns * columns).map(move |cell| {
-        let [column, row] = [cell % side, cell / side].map(|at| 0.01 + width * (at as f64 + 0.5));
+        let [column, row] = [cell % columns, cell / columns].map(|at| 0.01 + width * (at as f64 + 0.5));
         (column, row, width)
     })
 }

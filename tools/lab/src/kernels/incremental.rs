@@ -37,11 +37,11 @@ pub enum Order {
     Brio,
 }
 
-/// A half-edge: `triangle << 2 | corner that it starts at`.
+/// A half-edge in 32 bits: `triangle << 2 | corner that it starts at`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct HalfEdge(u32);
+struct PackedHalfEdge(u32);
 
-impl HalfEdge {
+impl PackedHalfEdge {
     const UNSET: Self = Self(u32::MAX);
 
     fn new(triangle: u32, corner: u32) -> Self {
@@ -68,7 +68,7 @@ impl HalfEdge {
 #[derive(Clone, Copy)]
 struct Tri {
     corners: [u32; 3],
-    twins: [HalfEdge; 3],
+    twins: [PackedHalfEdge; 3],
 }
 
 /// The incremental engine, with the memory that it keeps between calls.
@@ -94,12 +94,12 @@ pub struct Incremental {
 #[derive(Default)]
 struct Cavity {
     /// Half-edges of removed triangles whose twins are not yet tested, the next one last.
-    pending: Vec<HalfEdge>,
+    pending: Vec<PackedHalfEdge>,
     /// The triangles that are removed.
     removed: Vec<u32>,
     /// The edges around them, counter-clockwise: the vertex that each starts at, and its half-edge
     /// outside the cavity.
-    around: Vec<(u32, HalfEdge)>,
+    around: Vec<(u32, PackedHalfEdge)>,
 }
 
 impl Incremental {
@@ -175,16 +175,16 @@ impl Incremental {
         // Ghosts 1, 2, 3 are the twins of the half-edges 0, 1, 2 of triangle 0.
         self.triangles.push(Tri {
             corners: [0, 1, 2],
-            twins: [1, 2, 3].map(|ghost| HalfEdge::new(ghost, 0)),
+            twins: [1, 2, 3].map(|ghost| PackedHalfEdge::new(ghost, 0)),
         });
         for edge in 0..3 {
             let (following, preceding) = ((edge + 1) % 3 + 1, (edge + 2) % 3 + 1);
             self.triangles.push(Tri {
                 corners: [(edge + 1) % 3, edge, GHOST],
                 twins: [
-                    HalfEdge::new(0, edge),
-                    HalfEdge::new(preceding, 2),
-                    HalfEdge::new(following, 1),
+                    PackedHalfEdge::new(0, edge),
+                    PackedHalfEdge::new(preceding, 2),
+                    PackedHalfEdge::new(following, 1),
                 ],
             });
         }
@@ -201,7 +201,7 @@ impl Incremental {
         let start = &self.triangles[from as usize];
         let mut at = match start.corners.iter().position(|&c| c == GHOST) {
             Some(corner) => start.twins[(corner + 1) % 3],
-            None => HalfEdge::new(from, 0),
+            None => PackedHalfEdge::new(from, 0),
         };
         if self.is_to_the_right(at, p) {
             at = self.twin(at);
@@ -223,7 +223,7 @@ impl Incremental {
 
     /// Returns whether `p` is strictly to the right of a half-edge.
     #[inline(always)]
-    fn is_to_the_right(&self, half_edge: HalfEdge, p: Point) -> bool {
+    fn is_to_the_right(&self, half_edge: PackedHalfEdge, p: Point) -> bool {
         let (a, b) = (
             self.point(self.origin(half_edge)),
             self.point(self.origin(half_edge.next())),
@@ -234,7 +234,7 @@ impl Incremental {
     /// Returns whether `p` destroys the triangle: is inside its circle or, for a ghost, outside its
     /// hull edge or on that edge.
     #[inline(always)]
-    fn in_conflict(&self, half_edge: HalfEdge, p: Point) -> bool {
+    fn in_conflict(&self, half_edge: PackedHalfEdge, p: Point) -> bool {
         let [a, b, c] = [half_edge, half_edge.next(), half_edge.prev()].map(|s| self.origin(s));
         if a != GHOST && b != GHOST && c != GHOST {
             return in_circle(self.point(a), self.point(b), self.point(c), p);
@@ -279,7 +279,7 @@ impl Incremental {
         cavity.removed.push(first);
         cavity
             .pending
-            .extend([2, 1, 0].map(|corner| HalfEdge::new(first, corner)));
+            .extend([2, 1, 0].map(|corner| PackedHalfEdge::new(first, corner)));
         while let Some(half_edge) = cavity.pending.pop() {
             let twin = self.twin(half_edge);
             if self.in_conflict(twin, p) {
@@ -295,7 +295,7 @@ impl Incremental {
         cavity.removed.extend([last - 1, last]);
         let blank = Tri {
             corners: [GHOST; 3],
-            twins: [HalfEdge::UNSET; 3],
+            twins: [PackedHalfEdge::UNSET; 3],
         };
         self.triangles.extend([blank; 2]);
         let mut preceding = last;
@@ -308,9 +308,13 @@ impl Incremental {
             };
             self.triangles[triangle as usize] = Tri {
                 corners: [from, to, vertex],
-                twins: [outside, HalfEdge::new(following, 2), HalfEdge::new(preceding, 1)],
+                twins: [
+                    outside,
+                    PackedHalfEdge::new(following, 2),
+                    PackedHalfEdge::new(preceding, 1),
+                ],
             };
-            self.triangles[outside.triangle()].twins[outside.corner()] = HalfEdge::new(triangle, 0);
+            self.triangles[outside.triangle()].twins[outside.corner()] = PackedHalfEdge::new(triangle, 0);
             preceding = triangle;
         }
         self.cavity = cavity;
@@ -327,7 +331,7 @@ impl Incremental {
             self.renumbered.push(ghost.is_none().then_some(count));
             count += u32::from(ghost.is_none());
             if let Some((corner, _)) = ghost {
-                ghost_edge = Some(HalfEdge::new(i, corner).next());
+                ghost_edge = Some(PackedHalfEdge::new(i, corner).next());
             }
         }
         mesh.triangles.reserve(count as usize);
@@ -357,11 +361,11 @@ impl Incremental {
         self.points[vertex as usize]
     }
 
-    fn origin(&self, half_edge: HalfEdge) -> u32 {
+    fn origin(&self, half_edge: PackedHalfEdge) -> u32 {
         self.triangles[half_edge.triangle()].corners[half_edge.corner()]
     }
 
-    fn twin(&self, half_edge: HalfEdge) -> HalfEdge {
+    fn twin(&self, half_edge: PackedHalfEdge) -> PackedHalfEdge {
         self.triangles[half_edge.triangle()].twins[half_edge.corner()]
     }
 }
